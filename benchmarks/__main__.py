@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 
-from benchmarks.common import Settings, settings_parser, text
-from benchmarks.page import Reports, all_tables, headline_page
+from benchmarks.common import Settings, make_settings_parser, text
+from benchmarks.page import Reports, make_headline_page, make_tables_page
 
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"
@@ -32,7 +32,7 @@ def find_benchmarks() -> Mapping[str, str]:
 NAMES = find_benchmarks()
 
 
-def kept_reports() -> Reports:
+def read_kept_reports() -> Reports:
     """Return the reports that are kept, by benchmark."""
     paths = [RESULTS / f"{name}.json" for name in NAMES]
     return {p.stem: json.loads(p.read_text(encoding="utf-8")) for p in paths if p.exists()}
@@ -40,17 +40,17 @@ def kept_reports() -> Reports:
 
 def write_pages() -> None:
     """Write docs/benchmarks.md and out/benchmarks.md from the reports that are kept."""
-    reports = kept_reports()
+    reports = read_kept_reports()
     docs = {name: import_module(NAMES[name]).__doc__ or "" for name in reports}
     questions = {name: " ".join(doc.split("\n\n")[0].split()) for name, doc in docs.items()}
-    PAGE.write_text(headline_page(reports), encoding="utf-8")
+    PAGE.write_text(make_headline_page(reports), encoding="utf-8")
     TABLES.parent.mkdir(exist_ok=True)
-    TABLES.write_text(all_tables(reports, questions), encoding="utf-8")
+    TABLES.write_text(make_tables_page(reports, questions), encoding="utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the benchmarks that are named, one after the other."""
-    parser = settings_parser("python -m benchmarks", __doc__ or "")
+    parser = make_settings_parser("python -m benchmarks", __doc__ or "")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}")
     parser.add_argument("--write", action="store_true", help="keep the reports, make the pages")
     parser.add_argument("--page", action="store_true", help="make the pages, measure nothing")

@@ -46,7 +46,7 @@ class Settings:
         return range(self.first, self.first + self.number(usual))
 
 
-def settings_parser(program: str, description: str) -> argparse.ArgumentParser:
+def make_settings_parser(program: str, description: str) -> argparse.ArgumentParser:
     """Return a parser of the arguments that all benchmarks share."""
     parser = argparse.ArgumentParser(prog=program, description=description)
     parser.add_argument("--seeds", type=_positive, help="number of seeds (else its own)")
@@ -81,7 +81,7 @@ class Report:
         return {
             "schema": SCHEMA,
             "benchmark": self.name,
-            "code": code_version(),
+            "code": get_code_version(),
             "machine": machine(),
             "settings": dict(self.settings),
             "tables": [
@@ -141,10 +141,10 @@ def shown(cell: Cell) -> str:
             return str(cell)
 
 
-def median_and_spread(values: Iterable[float], digits: int = 3) -> dict[str, Cell]:
+def compute_median_and_spread(values: Iterable[float], digits: int = 3) -> dict[str, Cell]:
     """Return median, quartiles and worst (largest) of the values; None where there are none.
 
-    >>> median_and_spread([1.0, 2.0, 3.0, 10.0, 4.0])
+    >>> compute_median_and_spread([1.0, 2.0, 3.0, 10.0, 4.0])
     {'median': 3.0, 'quartiles': '2–4', 'worst': 10.0}
     """
     known = [v for v in values if not np.isnan(v)]
@@ -158,7 +158,7 @@ def median_and_spread(values: Iterable[float], digits: int = 3) -> dict[str, Cel
     }
 
 
-def code_version() -> str | None:
+def get_code_version() -> str | None:
     """Return the last commit that changed the program, with a + if files were changed since.
 
     None where there is no git repository.
@@ -207,7 +207,7 @@ def _prolog_version() -> str | None:
     return next((word for word in said.stdout.split() if word[0].isdigit()), None)
 
 
-def data_set(*parts: str) -> Path | str:
+def find_data_set(*parts: str) -> Path | str:
     """Return the folder of third-party data, or the reason why a benchmark must do without it."""
     root = os.environ.get(DATA_VARIABLE)
     if not root:
@@ -218,7 +218,7 @@ def data_set(*parts: str) -> Path | str:
     return folder
 
 
-def tree_hash(folder: Path) -> str:
+def hash_tree(folder: Path) -> str:
     """Return SHA-256 of the names and contents of all files below the folder, its first digits."""
     total = hashlib.sha256()
     for path in sorted(p for p in folder.rglob("*") if p.is_file()):

@@ -16,7 +16,7 @@ ROW = re.compile(r"^\| (.+) \| (.*\{.+) \| (\w+); (.+) \|$", re.MULTILINE)
 CELL = re.compile(r"\{(.+?)(:%)?\}")
 
 
-def headline_page(reports: Reports, template: str | None = None) -> str:
+def make_headline_page(reports: Reports, template: str | None = None) -> str:
     """Return the page of headline figures.
 
     A figure is taken from the first row with the given values of the tables whose title begins as
@@ -46,7 +46,7 @@ def _format(cell: Cell, *, is_share: bool) -> str:
     return f"{100 * cast(float, cell):.1f} %" if is_share else shown(cell)
 
 
-def all_tables(reports: Reports, questions: Mapping[str, str]) -> str:
+def make_tables_page(reports: Reports, questions: Mapping[str, str]) -> str:
     """Return the page with all tables; `questions` are what each benchmark answers."""
     lines = ["# All tables of the benchmarks", ""]
     for name, report in reports.items():

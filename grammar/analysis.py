@@ -10,8 +10,8 @@ from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.library import Library, Read, read_library, read_text
 from facetlog.grammar.lint.allowed import drop_allowed
 from facetlog.grammar.lint.lint import lint
-from facetlog.grammar.resolve import FlatModel, find_reachable, flat_models
-from facetlog.grammar.scope import Scope, file_scope, model_roles, model_scope
+from facetlog.grammar.resolve import FlatModel, find_reachable, flatten_models
+from facetlog.grammar.scope import Scope, build_file_scope, build_model_scope, get_model_roles
 from facetlog.grammar.vocabulary import VOCABULARY, Word
 
 _LACKING = frozenset({"no-parts", "no-lines"})
@@ -57,12 +57,12 @@ def analyse(path: Path, text: str | None = None, *, read: Read = read_text) -> A
     main = library.main
     faults = list(library.faults)
     words = {**VOCABULARY, **{w.name: w for own in library.words.values() for w in own.words}}
-    models = flat_models(library.files.values(), faults)
-    roles = model_roles(models, library)
+    models = flatten_models(library.files.values(), faults)
+    roles = get_model_roles(models, library)
     words = {n: word for n, word in words.items() if not (word.yields and n in roles)}
-    scopes = {name: model_scope(model, words, roles) for name, model in models.items()}
+    scopes = {name: build_model_scope(model, words, roles) for name, model in models.items()}
     for file in library.files.values():
-        faults += check_file(file_scope(file, words, roles))
+        faults += check_file(build_file_scope(file, words, roles))
     # What could not be read may be what a model seems to lack.
     unread = {fault.source for fault in library.faults}
     references = {}

@@ -13,8 +13,8 @@ from pathlib import Path
 from facetlog.errors import RuleSyntaxError
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
-from facetlog.grammar.compiling.joins import candidate_clauses
-from facetlog.grammar.compiling.lines import line_clauses
+from facetlog.grammar.compiling.joins import write_candidate_clauses
+from facetlog.grammar.compiling.lines import write_line_clauses
 from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import set_shapes
 from facetlog.grammar.library import BUILTIN
@@ -116,7 +116,7 @@ def _iter_referred(scope: Scope) -> Iterator[str]:
 
 def _place(model: FlatModel, offset: int) -> str:
     source = model.source
-    return f"{Path(source.name).name}:{source.line_and_column(offset)[0]}"
+    return f"{Path(source.name).name}:{source.get_line_and_column(offset)[0]}"
 
 
 def _compile_model(scope: Scope) -> list[Clause]:
@@ -138,6 +138,6 @@ def _compile_model(scope: Scope) -> list[Clause]:
     ]
     first = model.parts[0]
     where = f"{Path(first.place[0]).name}:{first.place[1]}"
-    clauses += candidate_clauses(scope, writer_of, where, "parts")
-    clauses += line_clauses(scope, shapes, writer_of)
+    clauses += write_candidate_clauses(scope, writer_of, where, "parts")
+    clauses += write_line_clauses(scope, shapes, writer_of)
     return clauses

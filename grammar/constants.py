@@ -90,7 +90,7 @@ def _look_up(
 
 
 def _combine(sign: str, left: Constant, right: Constant) -> Constant | None:
-    dimension = combined_dimension(sign, left.dimension, right.dimension)
+    dimension = combine_dimensions(sign, left.dimension, right.dimension)
     if dimension is None:
         return None
     a, b = left.value, right.value
@@ -101,7 +101,7 @@ def _combine(sign: str, left: Constant, right: Constant) -> Constant | None:
     return _check_bounds(float(f"{value:.15g}"), dimension, percent)
 
 
-def combined_dimension(sign: str, left: Dimension, right: Dimension) -> Dimension | None:
+def combine_dimensions(sign: str, left: Dimension, right: Dimension) -> Dimension | None:
     """Return the dimension of two measures joined by a sign, None if they cannot be."""
     number, length, area = Dimension.NUMBER, Dimension.LENGTH, Dimension.AREA
     if sign in "+-":

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import quantity
-from facetlog.grammar.faults import Fault, missing_unit, respelling, said
+from facetlog.grammar.faults import Fault, make_respelling, said, suggest_unit
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension
 
@@ -20,14 +20,14 @@ Builders: TypeAlias = Mapping[str, Mapping[str, Dimension]]
 _AS_WRITTEN = {Dimension.LENGTH: "40 cm", Dimension.ANGLE: "90 deg", Dimension.NUMBER: "4"}
 
 
-def examples_of(analysis: Analysis) -> Iterator[tuple[s.Model, s.Example]]:
+def list_examples(analysis: Analysis) -> Iterator[tuple[s.Model, s.Example]]:
     """Iterate over the examples of the file itself and their models, in the order of the text."""
     for model in analysis.file.models:
         for example in model.examples:
             yield model, example
 
 
-def all_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
+def find_all_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
     """Return the faults of a file with those of the things that its examples build.
 
     Those of the file itself come first, each file's in the order of its text.
@@ -36,11 +36,11 @@ def all_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
     def order(fault: Fault) -> tuple[bool, str, int]:
         return fault.source is not analysis.file.source, fault.source.name, fault.span.start
 
-    own = scene_faults(analysis, builders)
+    own = find_scene_faults(analysis, builders)
     return tuple(sorted((*analysis.faults, *own), key=order)) if own else analysis.faults
 
 
-def scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
+def find_scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
     """Find the faults of the things that the examples of the file build.
 
     Quantities that are none are the checker's.
@@ -48,7 +48,7 @@ def scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
     source = analysis.file.source
     return tuple(
         fault
-        for _, example in examples_of(analysis)
+        for _, example in list_examples(analysis)
         if isinstance(example.scene, s.SceneBuilt)
         for fault in _scene_faults(example.scene, source, builders)
     )
@@ -59,7 +59,7 @@ def _scene_faults(scene: s.SceneBuilt, source: Source, builders: Builders) -> It
     if sizes is None:
         message = f"nothing can be built that is called `{scene.builder}`"
         hint = said(scene.builder.text, builders) or f"there are {', '.join(builders)}"
-        fixes = respelling(scene.builder, builders)
+        fixes = make_respelling(scene.builder, builders)
         yield Fault("unknown-builder", message, source, scene.builder.span, hint, fixes=fixes)
         return
     given: set[str] = set()
@@ -69,18 +69,18 @@ def _scene_faults(scene: s.SceneBuilt, source: Source, builders: Builders) -> It
         if wanted is None:
             message = f"a {scene.builder} has no size `{name}`"
             hint = said(name, sizes) or f"it has {', '.join(sizes)}"
-            fixes = respelling(setting.name, sizes)
+            fixes = make_respelling(setting.name, sizes)
             yield Fault("unknown-size", message, source, setting.name.span, hint, fixes=fixes)
         elif name in given:
             message = f"the size `{name}` is given twice"
             yield Fault("twice", message, source, setting.name.span)
         else:
             beside = tuple(other.quantity for other in scene.settings)
-            yield from _unit_faults(setting, wanted, source, beside)
+            yield from _find_unit_faults(setting, wanted, source, beside)
         given.add(name)
 
 
-def _unit_faults(
+def _find_unit_faults(
     setting: s.Setting, wanted: Dimension, source: Source, beside: tuple[s.Quantity, ...]
 ) -> Iterator[Fault]:
     found = quantity(setting.quantity)
@@ -88,11 +88,11 @@ def _unit_faults(
         message = f"the {setting.name} is {wanted}, this is {found.dimension}"
         hint = f"write `{setting.name} {_AS_WRITTEN[wanted]}`"
         unitless = found.dimension is Dimension.NUMBER
-        fixes = missing_unit(setting.quantity, wanted, beside) if unitless else ()
+        fixes = suggest_unit(setting.quantity, wanted, beside) if unitless else ()
         yield Fault("dimension", message, source, setting.quantity.span, hint, fixes=fixes)
 
 
-def sizes_si(scene: s.SceneBuilt) -> dict[str, float]:
+def convert_sizes(scene: s.SceneBuilt) -> dict[str, float]:
     """Return the sizes that are given, in metres, radians or ones; of a scene without faults."""
     return {
         setting.name.text: math.radians(size.value)

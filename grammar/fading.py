@@ -27,7 +27,7 @@ ABOUT = 0.10
 _UNITS = {Dimension.LENGTH: " m", Dimension.AREA: " m2", Dimension.ANGLE: " deg"}
 
 
-def default_share(lets: Mapping[str, Owned[s.Let]]) -> float:
+def get_default_share(lets: Mapping[str, Owned[s.Let]]) -> float:
     """Return the share of its limits over which a model with these constants fades to either
     side."""
     let = lets.get(FADING)
@@ -35,19 +35,19 @@ def default_share(lets: Mapping[str, Owned[s.Let]]) -> float:
     return SHARE if value is None else value.value
 
 
-def soft_share(node: s.Comparison, scope: Scope) -> float:
+def get_soft_share(node: s.Comparison, scope: Scope) -> float:
     """Return the share over which a comparison fades about its limits; 0 of one that says how, or
     that counts.
     """
     exact = node.comparator is s.Comparator.EQUAL and node.second is None
     if node.sharp or node.fading is not None or node.comparator is s.Comparator.ABOUT or exact:
         return 0.0
-    if any(gives_count(side, scope) for side in (node.measure, node.limit)):
+    if any(is_count(side, scope) for side in (node.measure, node.limit)):
         return 0.0
-    return default_share(scope.lets)
+    return get_default_share(scope.lets)
 
 
-def gives_count(node: s.Expression, scope: Scope) -> bool:
+def is_count(node: s.Expression, scope: Scope) -> bool:
     """Whether a number of elements is in a measure: there is nothing between two and three."""
     for inner in walk(node):
         if isinstance(inner, s.Call):
@@ -57,9 +57,9 @@ def gives_count(node: s.Expression, scope: Scope) -> bool:
     return False
 
 
-def fades_over(node: s.Comparison, scope: Scope) -> str:
+def describe_fading(node: s.Comparison, scope: Scope) -> str:
     """Describe the range over which a comparison fades, in numbers where limits are constant."""
-    share = soft_share(node, scope)
+    share = get_soft_share(node, scope)
     if node.fading is None and node.comparator is not s.Comparator.ABOUT and not share:
         return "does not fade"
     slopes = tuple(_iter_slopes(node, scope, share))

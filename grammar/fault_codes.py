@@ -26,10 +26,10 @@ class FaultKind:
     example: str
 
 
-def example_file(kind: FaultKind) -> str:
+def build_example_file(kind: FaultKind) -> str:
     """Return the example as a whole file; of `own-word` as a file of Prolog.
 
-    >>> print(example_file(FAULT_KINDS["zero-tolerance"]))
+    >>> print(build_example_file(FAULT_KINDS["zero-tolerance"]))
     model made_up
       "An example."
       face top, side

@@ -52,12 +52,12 @@ def applied(text: str, edits: Iterable[Edit]) -> str:
     return "".join([*pieces, text[at:]])
 
 
-def insertion(title: str, at: int, text: str, *, sure: bool) -> Fix:
+def make_insertion(title: str, at: int, text: str, *, sure: bool) -> Fix:
     """Return a fix that puts something in."""
     return Fix(title, (Edit(Span(at, at), text),), sure)
 
 
-def removal(title: str, text: str, span: Span, *, sure: bool) -> tuple[Fix, ...]:
+def make_removal(title: str, text: str, span: Span, *, sure: bool) -> tuple[Fix, ...]:
     """Return a fix that takes a statement out with its line; none if something else stands
     there."""
     start = text.rfind("\n", 0, span.start) + 1
@@ -125,17 +125,17 @@ def _swap_letters(word: str, at: int) -> str:
     return f"{word[:at]}{word[at + 1]}{word[at]}{word[at + 2 :]}"
 
 
-def respelling(name: Named, known: Iterable[str]) -> tuple[Fix, ...]:
+def make_respelling(name: Named, known: Iterable[str]) -> tuple[Fix, ...]:
     """Return the fix that writes the nearest known word; none if no word is like it."""
     found = get_close_matches(name.text, sorted(set(known)), n=2, cutoff=ALIKE)
     if not found:
         return ()
     best, *others = found
     clear = all(alike(name.text, best) >= alike(name.text, x) + LEAD for x in others)
-    return (respelt(name.span, best, sure=clear and is_slip(name.text, best)),)
+    return (respell(name.span, best, sure=clear and is_slip(name.text, best)),)
 
 
-def respelt(span: Span, word: str, *, sure: bool) -> Fix:
+def respell(span: Span, word: str, *, sure: bool) -> Fix:
     """Return the fix that writes a word in the place of another."""
     return Fix(f"write `{word}`", (Edit(span, word),), sure)
 
@@ -187,7 +187,7 @@ class Fault:
         """Iterate over the fault as text: place and message, the line, carets under the fault, the
         way out.
         """
-        number, column = self.source.line_and_column(self.span.start)
+        number, column = self.source.get_line_and_column(self.span.start)
         hint = f"; {self.hint}" if self.hint else ""
         yield f"{self.place}: {self.severity}: {self.message}{hint} [{self.code}]"
         text = self.source.line(number)
@@ -220,7 +220,7 @@ _USUAL = {
 }
 
 
-def missing_unit(
+def suggest_unit(
     node: s.Expression, wanted: Dimension, beside: Iterable[s.Expression | None]
 ) -> tuple[Fix, ...]:
     """Return the fixes that give a number a unit; `beside` are the quantities that it stands with.
@@ -241,6 +241,6 @@ def missing_unit(
     if not near and wanted is Dimension.ANGLE:
         sure = node.value > 2 * math.pi
     return tuple(
-        insertion(f"write the unit `{unit}`", node.span.end, f" {unit}", sure=sure and i == 0)
+        make_insertion(f"write the unit `{unit}`", node.span.end, f" {unit}", sure=sure and i == 0)
         for i, unit in enumerate(units)
     )

@@ -141,10 +141,10 @@ def _place(fault: Fault) -> tuple[int, int]:
 
 def _identify(fault: Fault) -> Hashable:
     """Return what identifies a fault: its code, message and place."""
-    line, column = fault.source.line_and_column(fault.span.start)
+    line, column = fault.source.get_line_and_column(fault.span.start)
     return fault.code, fault.message, line, column
 
 
 def _describe(fault: Fault) -> Done:
-    line, column = fault.source.line_and_column(fault.span.start)
+    line, column = fault.source.get_line_and_column(fault.span.start)
     return Done(line, column, fault.code, fault.sure_fix.title if fault.sure_fix else "")

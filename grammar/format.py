@@ -42,11 +42,11 @@ def has_reason(tokens: Sequence[Token]) -> bool:
     return last.kind == "string" and len(tokens) > 1 and tokens[0].text not in _NO_REASON
 
 
-def one_line(tokens: Sequence[Token]) -> str:
+def fit_on_one_line(tokens: Sequence[Token]) -> str:
     """Return the tokens with a blank where people write one.
 
     >>> from facetlog.grammar.reading.layout import laid_out
-    >>> one_line(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
+    >>> fit_on_one_line(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
     'angle(a, b) = 90 deg ± -5 %'
     """
     return "".join(gap + token.text for gap, token in zip(_iter_gaps(tokens), tokens, strict=True))
@@ -90,7 +90,7 @@ class _Break:
 _COMMA, _OR, _AND, _TIGHT = range(4)
 
 
-def over_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
+def break_into_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
     """Iterate over the tokens in lines of at most `room` characters, as far as there are places to
     break.
 
@@ -159,17 +159,17 @@ def _is_name_list(tokens: Sequence[Token], comma: int) -> bool:
 # ----------------------------------------------------------------- comments
 
 
-def kept_lines(
+def iter_lines_with_comments(
     source: Source, tokens: Sequence[Token], comments: Sequence[s.Comment]
 ) -> Iterator[str]:
     """Iterate over the lines of a statement with comments in it, which keep their places."""
     lines: dict[int, list[Token]] = {}
     for token in tokens:
-        lines.setdefault(source.line_and_column(token.start)[0], []).append(token)
-    behind = {source.line_and_column(c.span.start)[0]: c.text for c in comments}
+        lines.setdefault(source.get_line_and_column(token.start)[0], []).append(token)
+    behind = {source.get_line_and_column(c.span.start)[0]: c.text for c in comments}
     indent = ""
     for number in sorted(lines.keys() | behind.keys()):
-        texts = [one_line(lines.get(number, [])), behind.get(number, "")]
+        texts = [fit_on_one_line(lines.get(number, [])), behind.get(number, "")]
         yield indent + "  ".join(text for text in texts if text)
         indent = HANGING
 
@@ -197,17 +197,19 @@ def formatted(source: Source) -> str:
     for block in _align(list(_iter_blocks(plain))):
         if lines and (block.apart or block.blank_before):
             lines.append("")
-        lines.extend(block.whole_lines())
+        lines.extend(block.iter_whole_lines())
     return "".join(f"{line}\n" for line in lines).replace("\n", line_end)
 
 
 def differences(before: str, after: str, name: str) -> str:
     """Return a unified diff of two texts of a file, empty if they are the same."""
-    found = difflib.unified_diff(_with_ends(before), _with_ends(after), name, f"{name} (formatted)")
+    found = difflib.unified_diff(
+        _keep_line_ends(before), _keep_line_ends(after), name, f"{name} (formatted)"
+    )
     return "".join(found)
 
 
-def _with_ends(text: str) -> list[str]:
+def _keep_line_ends(text: str) -> list[str]:
     lines = [line + "\n" for line in text.split("\n")]
     if lines[-1] == "\n":
         return lines[:-1]
@@ -230,7 +232,7 @@ class _Block:
     comment: str = ""
     apart: bool = False
 
-    def whole_lines(self) -> Iterator[str]:
+    def iter_whole_lines(self) -> Iterator[str]:
         """Iterate over the lines as they stand in the file."""
         *first, last = self.lines
         yield from (self.indent + line for line in first)
@@ -322,7 +324,7 @@ def _iter_comments(
     for comment in comments:
         begins = False
         if inside and before_model:
-            begins = source.line_and_column(comment.span.start)[1] == 1
+            begins = source.get_line_and_column(comment.span.start)[1] == 1
             inside = not begins
         blank = _has_blank(source, end, comment.span.start)
         yield _Block((comment.text,), INDENT if inside else "", blank, apart=begins)
@@ -341,16 +343,16 @@ def _format_statement(
     comment = "" if behind is None else behind.text
     tokens = tuple(canonical(token) for token in statement.tokens)
     if readable and inner:
-        lines = tuple(kept_lines(source, tokens, inner))
+        lines = tuple(iter_lines_with_comments(source, tokens, inner))
         if _is_one("\n".join(lines), len(tokens)):
             return _Block(lines, indent, False, comment=comment)
     elif readable:
         room = WIDTH - len(indent)
         body, reason = (tokens[:-1], tokens[-1].text) if has_reason(tokens) else (tokens, "")
-        line = one_line(body)
+        line = fit_on_one_line(body)
         if len(line) + (len(APART + reason) if reason else 0) <= room:
             return _Block((line,), indent, False, reason, comment)
-        lines = tuple(over_lines(body, room, APART + reason if reason else ""))
+        lines = tuple(break_into_lines(body, room, APART + reason if reason else ""))
         return _Block(lines, indent, False, comment=comment)
     start = source.text.rfind("\n", 0, statement.span.start) + 1
     end = statement.span.end if behind is None else behind.span.end

@@ -110,7 +110,7 @@ class _Reader:
         while True:
             defined = {m.name.text for f in self.files.values() for m in f.models}
             defined |= {m for own in self.words.values() for m in own.models}
-            free = builtin_names() - defined
+            free = list_builtin_names() - defined
             named = {n for f in self.files.values() for n in _iter_models_named(f, free)}
             missing = sorted(named & free)
             if not missing:
@@ -182,6 +182,6 @@ def read_library(path: Path, text: str | None = None, read: Read = read_text) ->
 
 
 @cache
-def builtin_names() -> frozenset[str]:
+def list_builtin_names() -> frozenset[str]:
     """Return the names of the models that come with facetlog, one a file."""
     return frozenset(path.stem for path in BUILTIN.glob("*.model"))

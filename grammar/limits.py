@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
-from facetlog.grammar.fading import fades_over
-from facetlog.grammar.lint.claims import in_short
-from facetlog.grammar.scope import Scope, file_scope
+from facetlog.grammar.fading import describe_fading
+from facetlog.grammar.lint.claims import shorten
+from facetlog.grammar.scope import Scope, build_file_scope
 from facetlog.grammar.traversal import walk
 
 
@@ -30,9 +30,9 @@ def limits(analysis: Analysis) -> Iterator[Limit]:
     for scope, statement in _iter_statements(analysis):
         for node in walk(statement):
             if isinstance(node, s.Comparison):
-                line, column = source.line_and_column(node.span.start)
+                line, column = source.get_line_and_column(node.span.start)
                 place = f"{source.name}:{line}:{column}"
-                yield Limit(node, place, in_short(source, node), fades_over(node, scope))
+                yield Limit(node, place, shorten(source, node), describe_fading(node, scope))
 
 
 def limit_at(analysis: Analysis, offset: int) -> Limit | None:
@@ -42,7 +42,7 @@ def limit_at(analysis: Analysis, offset: int) -> Limit | None:
 
 
 def _iter_statements(analysis: Analysis) -> Iterator[tuple[Scope, s.Statement]]:
-    before = file_scope(analysis.file, analysis.words, {})
+    before = build_file_scope(analysis.file, analysis.words, {})
     for statement in analysis.file.statements:
         yield before, statement
     for model in analysis.file.models:

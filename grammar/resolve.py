@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar import traversal
-from facetlog.grammar.faults import Fault, Fix, respelling, said
+from facetlog.grammar.faults import Fault, Fix, make_respelling, said
 from facetlog.grammar.source import Source
 
 Node = TypeVar("Node", covariant=True)
@@ -37,7 +37,7 @@ class Owned(Generic[Node]):
     def place(self) -> tuple[str, int]:
         """Name of the file, and line from 1."""
         source = self.file.source
-        return source.name, source.line_and_column(self.node.span.start)[0]  # type: ignore[attr-defined]
+        return source.name, source.get_line_and_column(self.node.span.start)[0]  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ def find_reachable(start: str, neighbours: Callable[[str], Iterable[str]]) -> se
     return found
 
 
-def flat_models(files: Iterable[s.File], faults: list[Fault]) -> dict[str, FlatModel]:
+def flatten_models(files: Iterable[s.File], faults: list[Fault]) -> dict[str, FlatModel]:
     """Return all models of some files by name, with what they inherit; the first of a name counts.
 
     What cannot be resolved is left out, with a fault.
@@ -257,7 +257,7 @@ class _Resolver:
 
     def _report_no_model(self, name: s.Name, file: s.File) -> None:
         hint = said(name.text, self.written) or "`use` the file that defines it"
-        fixes = respelling(name, self.written)
+        fixes = make_respelling(name, self.written)
         self._fault("unknown-model", f"there is no model `{name}`", name, file, hint, fixes)
 
     def _add_line(
@@ -331,5 +331,5 @@ class _Resolver:
         for label in statement.labels:
             if lines.pop(label.text, None) is None:
                 hint = said(label.text, lines)
-                fixes = respelling(label, lines)
+                fixes = make_respelling(label, lines)
                 self._fault("drop", f"there is no line `{label}`", label, file, hint, fixes)

@@ -104,22 +104,22 @@ class Scope:
         conditions = where.conditions if isinstance(where, s.And) else (where,)
         return s.And((own, *conditions), Span(kind.span.start, where.span.end))
 
-    def element_kinds(self, text: str) -> Kinds | None:
+    def get_element_kinds(self, text: str) -> Kinds | None:
         """Return the kinds that `each` and `there is` go through by that word; objects are none."""
-        return None if self._is_model(text) else (part_kind(text, {}) or (None,))[0]
+        return None if self._is_model(text) else (get_part_kind(text, {}) or (None,))[0]
 
     def _is_model(self, text: str) -> bool:
-        return bool((part_kind(text, self.roles) or ("", ""))[1])
+        return bool((get_part_kind(text, self.roles) or ("", ""))[1])
 
 
-def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | None:
+def get_part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | None:
     """Return the meaning of a part's kind: kinds of elements, or a model's name.
 
-    >>> part_kind("vertices", {})
+    >>> get_part_kind("vertices", {})
     (frozenset({vertex}), '')
-    >>> part_kind("chairs", {"chair": ...})
+    >>> get_part_kind("chairs", {"chair": ...})
     (frozenset({thing}), 'chair')
-    >>> part_kind("bars", {})
+    >>> get_part_kind("bars", {})
     (frozenset({piece}), '')
     """
     word = _PLURALS.get(text, text)
@@ -132,7 +132,7 @@ def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | No
     return None if shape is None else (OPENING if shape == "opening" else PIECE, "")
 
 
-def conditions_in(node: s.Expression | None, scope: Scope) -> Iterator[s.Expression]:
+def iter_conditions(node: s.Expression | None, scope: Scope) -> Iterator[s.Expression]:
     """Iterate over a condition, and the bodies of the definitions that it names, each once."""
     seen: set[str] = set()
     waiting: list[s.Expression] = [] if node is None else [node]
@@ -149,13 +149,15 @@ def names_in(node: s.Expression | None, scope: Scope) -> frozenset[str]:
     """Return all names in a condition, those in the definitions that it names too."""
     return frozenset(
         inner.text
-        for one in conditions_in(node, scope)
+        for one in iter_conditions(node, scope)
         for inner in walk(one)
         if isinstance(inner, s.Name)
     )
 
 
-def model_roles(models: Mapping[str, FlatModel], library: Library) -> dict[str, dict[str, Kinds]]:
+def get_model_roles(
+    models: Mapping[str, FlatModel], library: Library
+) -> dict[str, dict[str, Kinds]]:
     """Return the parts that `x.part` may name, for each model; those of Prolog files are faces."""
     roles: dict[str, dict[str, Kinds]] = {}
     for own in library.words.values():
@@ -166,27 +168,27 @@ def model_roles(models: Mapping[str, FlatModel], library: Library) -> dict[str, 
             part.text: kind[0]
             for owned in model.parts
             if owned.node.count is None
-            and (kind := part_kind(owned.node.kind.text, models)) is not None
+            and (kind := get_part_kind(owned.node.kind.text, models)) is not None
             for part in owned.node.names
         }
     return roles
 
 
-def model_scope(
+def build_model_scope(
     model: FlatModel, words: Mapping[str, Word], roles: Mapping[str, Mapping[str, Kinds]]
 ) -> Scope:
     """Return the names of a model; of a name that is given twice the first counts."""
     symbols: dict[str, Symbol] = {THIS: Local(THIS, THING)}
     for owned in model.parts:
         # A kind that is not known is a fault once, and then may be anything.
-        kind = part_kind(owned.node.kind.text, roles) or (frozenset(Kind), "")
+        kind = get_part_kind(owned.node.kind.text, roles) or (frozenset(Kind), "")
         make = PartSymbol if owned.node.count is None else SetSymbol
         for name in owned.node.names:
             symbols.setdefault(name.text, make(name.text, *kind, owned))
     return Scope(model, symbols, words, roles, model.lets, model.defines)
 
 
-def file_scope(
+def build_file_scope(
     file: s.File, words: Mapping[str, Word], roles: Mapping[str, Mapping[str, Kinds]]
 ) -> Scope:
     """Return the names in reach before the first model of a file: words, and one another."""
@@ -194,4 +196,4 @@ def file_scope(
     defines = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Define)}
     written = s.Model(s.Name("", NOWHERE), None, None, (), None, file.statements, NOWHERE)
     none = FlatModel("", written, file, (), (), (), lets, defines, ())
-    return model_scope(none, words, roles)
+    return build_model_scope(none, words, roles)

@@ -23,10 +23,10 @@ class Span(NamedTuple):
 NOWHERE = Span(0, 0)
 
 
-def differing(before: Sequence[object], after: Sequence[object]) -> tuple[Span, Span]:
+def find_changed_spans(before: Sequence[object], after: Sequence[object]) -> tuple[Span, Span]:
     """Return the pieces in which two sequences differ, between their ends that are alike.
 
-    >>> differing("top is levl", "top is level")
+    >>> find_changed_spans("top is levl", "top is level")
     (Span(start=10, end=10), Span(start=10, end=11))
     """
     shorter = min(len(before), len(after))
@@ -51,10 +51,10 @@ class Source:
             at = self.text.find("\n", at + 1)
         object.__setattr__(self, "_starts", starts)
 
-    def line_and_column(self, offset: int) -> tuple[int, int]:
+    def get_line_and_column(self, offset: int) -> tuple[int, int]:
         """Return line and column of a character, both from 1.
 
-        >>> Source("m", "model a\\n  face b").line_and_column(10)
+        >>> Source("m", "model a\\n  face b").get_line_and_column(10)
         (2, 3)
         """
         line = bisect_right(self._starts, offset)
@@ -74,5 +74,5 @@ class Source:
 
     def place(self, offset: int) -> str:
         """Name, line and column, as compilers write them."""
-        line, column = self.line_and_column(offset)
+        line, column = self.get_line_and_column(offset)
         return f"{self.name}:{line}:{column}"

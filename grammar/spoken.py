@@ -109,10 +109,10 @@ _OF_PIECES: Mapping[str, str] = MappingProxyType(
 )
 
 
-def of_other_kind(word: str, kind: str) -> str:
+def find_word_of_other_kind(word: str, kind: str) -> str:
     """Return a hint for a word that does not apply to `a face` or `a piece`; may be empty.
 
-    >>> of_other_kind("gap", "a piece")
+    >>> find_word_of_other_kind("gap", "a piece")
     'of pieces say `a joins b`: they touch'
     """
     return {"a face": _OF_FACES, "a piece": _OF_PIECES}.get(kind, {}).get(word, "")
@@ -224,7 +224,7 @@ _PHRASES = (
 )
 
 
-def hint_of_phrase(text: str, at: int) -> str:
+def find_phrase_hint(text: str, at: int) -> str:
     """Return a hint for the phrase at which a statement cannot be read.
 
     `at` is the offset of the sign that cannot be read, or the text's end; empty where none of the

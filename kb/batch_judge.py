@@ -14,7 +14,7 @@ from facetlog.kb.brief_verdict import STACKS, BriefVerdict, Conditions, Cost
 from facetlog.kb.calibration import InputKind
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.engine import house
-from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
 from facetlog.kb.engine.transport import LOAD_SECONDS, scene_module
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.records import decode_record
@@ -22,7 +22,7 @@ from facetlog.kb.explaining.wording import UNSEEN
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.facts_on_demand import Columns, facts_text
+from facetlog.kb.loading.facts_on_demand import Columns, encode_facts
 from facetlog.kb.loading.rule_source import MODEL_SUFFIX
 from facetlog.kb.loading.scene_cache import SceneCache
 from facetlog.kb.recognize import open_knowledge_base
@@ -72,7 +72,7 @@ class BatchJudge(Closing):
         self._base = open_knowledge_base(
             model_paths, trusted=trusted, limits=limits, crisp=crisp, raw=raw
         )
-        self.models_hash = _models_hash(self._base)
+        self.models_hash = _compute_models_hash(self._base)
         self._crisp = crisp
         self._code = SceneCache()
         self._needed: frozenset[tuple[str, int]] = frozenset()
@@ -115,7 +115,7 @@ class BatchJudge(Closing):
         if any(path.suffix != MODEL_SUFFIX for path in paths):
             return scene_module(), None
         total = hashlib.sha256(f"{self.models_hash} crisp={self._crisp}\n".encode())
-        total.update(term_text(models).encode())
+        total.update(format_prolog_term(models).encode())
         try:
             for path in paths:
                 total.update(path.read_bytes())
@@ -139,7 +139,7 @@ class BatchJudge(Closing):
 
     @property
     def judging_keys(self) -> Mapping[str, str]:
-        """The `judging_key` of each model, as calibrations go by."""
+        """The `compute_judging_key` of each model, as calibrations go by."""
         return {model: rules.judging for model, rules in self._base.models.items()}
 
     @property
@@ -170,7 +170,7 @@ class BatchJudge(Closing):
         `rows` are the facts, or for each functor its rows without it. Raises EngineError if a limit
         is reached; the next scene is judged as if nothing had been.
         """
-        return self.judge_columns(_columns_of(rows))
+        return self.judge_columns(_collect_columns(rows))
 
     def judge_columns(self, facts: Mapping[str, Columns]) -> tuple[BriefVerdict, ...]:
         """Return the verdicts on facts that are given by functor, column by column."""
@@ -182,7 +182,7 @@ class BatchJudge(Closing):
             for name, arity in self._needed
             if len(facts.get(name, ())) == arity
         }
-        columns = facts_text(self._scene, needed)
+        columns = encode_facts(self._scene, needed)
         about = Struct("batch", (Atom(batch), self._base.limits.bounds))
         try:
             said = self._base.request("judge_batch", about, columns)
@@ -196,7 +196,7 @@ class BatchJudge(Closing):
             for (things,) in [needed.get(fact, ((),))]
             for thing in things
         }
-        return tuple(self._verdicts(_fields(said), kinds))
+        return tuple(self._verdicts(_split_fields(said), kinds))
 
     def _verdicts(
         self, fields: Sequence[str], kinds: Mapping[str, InputKind]
@@ -240,7 +240,7 @@ class BatchJudge(Closing):
             )
 
 
-def _columns_of(rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]) -> dict[str, Columns]:
+def _collect_columns(rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]) -> dict[str, Columns]:
     """Return rows as columns, of functors that have any; those of other lengths are not of the
     schema."""
     kinds: Mapping[str, Sequence[Fact]]
@@ -265,14 +265,14 @@ def _part(field: Iterator[str]) -> tuple[str, tuple[str, ...]]:
     return role, () if name == UNSEEN else (name,)
 
 
-def _fields(said: Term) -> Sequence[str]:
+def _split_fields(said: Term) -> Sequence[str]:
     if isinstance(said, str):
         return said.split(SEPARATOR) if said else ()
     fields: tuple[str, ...] = decode_record(said, tuple[str, ...])
     return fields
 
 
-def _models_hash(base: KnowledgeBase) -> str:
+def _compute_models_hash(base: KnowledgeBase) -> str:
     """Return a digest of the models' clauses and of what they are judged by, the same on every
     machine."""
     total = hashlib.sha256()

@@ -31,9 +31,9 @@ __all__ = [
     "Curve",
     "InputKind",
     "Maps",
+    "compute_judging_key",
     "content_key",
-    "judging_key",
-    "shipped_calibration",
+    "load_shipped_calibration",
 ]
 
 SCHEMA = "facetlog-calibration/3"
@@ -85,14 +85,14 @@ class Maps:
     """The maps of verdicts of one state on one kind of input: of each model that was counted, and
     the one of all others.
 
-    `models` has by name the `judging_key` of the text that was counted, and its map.
+    `models` has by name the `compute_judging_key` of the text that was counted, and its map.
     """
 
     pooled: Curve
     models: Mapping[str, tuple[str, Curve]] = field(default_factory=lambda: MappingProxyType({}))
 
     def curve(self, model: str, content: str) -> Curve:
-        """Return the map of a model of this `judging_key`: its own if counted, else the pooled."""
+        """Return the map of a model of this judging key: its own if counted, else the pooled."""
         counted, own = self.models.get(model, ("", self.pooled))
         return own if content and counted == content else self.pooled
 
@@ -125,9 +125,9 @@ class Calibration:
         kinds: dict[str, dict[str, Any]] = {}
         for (kind, state), maps in sorted(self.maps.items()):
             kinds.setdefault(kind.value, {})[state.value] = {
-                "all": _curve_json(maps.pooled),
+                "all": _write_curve(maps.pooled),
                 "models": {
-                    name: {"content": content, **_curve_json(curve)}
+                    name: {"content": content, **_write_curve(curve)}
                     for name, (content, curve) in sorted(maps.models.items())
                 },
             }
@@ -156,7 +156,7 @@ def _maps(data: Mapping[str, Any]) -> Maps:
     return Maps(_read_curve(data["all"]), MappingProxyType(models))
 
 
-def _curve_json(curve: Curve) -> dict[str, Any]:
+def _write_curve(curve: Curve) -> dict[str, Any]:
     return {"samples": curve.samples, "knots": [list(knot) for knot in curve.knots]}
 
 
@@ -183,7 +183,7 @@ def content_key(text: str) -> str:
     return hashlib.sha256(clauses.encode()).hexdigest()[:KEY_DIGITS]
 
 
-def judging_key(text: str) -> str:
+def compute_judging_key(text: str) -> str:
     """Return the `content_key` of what a model judges by; calibrations go by it.
 
     Sizes, which a verdict reports, the names that go after it, examples and how the author wrote a
@@ -194,7 +194,7 @@ def judging_key(text: str) -> str:
 
 
 @cache
-def shipped_calibration() -> Calibration:
+def load_shipped_calibration() -> Calibration:
     """Return the calibration that comes with the program."""
     text = files("facetlog.kb").joinpath(SHIPPED).read_text(encoding="utf-8")
     return Calibration.from_json(json.loads(text))

@@ -27,11 +27,11 @@ __all__ = [
     "Bin",
     "Form",
     "Sample",
-    "chosen_form",
-    "expected_calibration_error",
+    "build_reliability_table",
+    "choose_form",
+    "compute_calibration_error",
     "fit",
     "held_out",
-    "reliability_table",
 ]
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -95,7 +95,7 @@ def fit(samples: Iterable[Sample], contents: Mapping[str, str]) -> Calibration:
     found = {}
     for state in sorted({s.state for s in every}):
         some = [s for s in every if s.state is state]
-        form = chosen_form(some)
+        form = choose_form(some)
         levels = _levels(some, form.rising)
         for kind in kinds:
             own = {
@@ -125,7 +125,7 @@ def held_out(samples: Sequence[Sample], contents: Mapping[str, str]) -> tuple[fl
     return tuple(said)
 
 
-def chosen_form(samples: Sequence[Sample]) -> Form:
+def choose_form(samples: Sequence[Sample]) -> Form:
     """Return the one of `FORMS` whose maps, fitted to all other sources, give the samples of each
     source the highest likelihood; the first of those that do so equally well.
 
@@ -246,14 +246,14 @@ class Bin:
     true: float
 
 
-def reliability_table(
+def build_reliability_table(
     probabilities: Sequence[float], truths: Sequence[bool], bins: int = 10
 ) -> tuple[Bin, ...]:
     """Return the bins of equal width that hold anything, from the lowest.
 
     Raises ValueError for a probability outside [0, 1], or if there is not one truth for each.
 
-    >>> table = reliability_table([0.25, 0.2, 0.9], [True, False, True], bins=2)
+    >>> table = build_reliability_table([0.25, 0.2, 0.9], [True, False, True], bins=2)
     >>> [(b.count, b.said, b.true) for b in table]
     [(2, 0.225, 0.5), (1, 0.9, 1.0)]
     """
@@ -274,7 +274,7 @@ def reliability_table(
     )
 
 
-def expected_calibration_error(
+def compute_calibration_error(
     probabilities: Sequence[float], truths: Sequence[bool], bins: int = 10
 ) -> float:
     """Return the mean over all samples of |what was said - what was true| in their bin; 0 without
@@ -282,6 +282,6 @@ def expected_calibration_error(
 
     Naeini, Cooper and Hauskrecht, "Obtaining well calibrated probabilities", 2015, equation 1.
     """
-    table = reliability_table(probabilities, truths, bins)
+    table = build_reliability_table(probabilities, truths, bins)
     total = sum(row.count for row in table)
     return sum(row.count * abs(row.said - row.true) for row in table) / total if total else 0.0

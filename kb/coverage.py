@@ -78,50 +78,51 @@ def coverage(
     for verdict in verdicts:
         of_model.setdefault(verdict.model, []).append(verdict)
     return tuple(
-        _model_coverage(model, found, lines.get(model, {})) for model, found in of_model.items()
+        _compute_model_coverage(model, found, lines.get(model, {}))
+        for model, found in of_model.items()
     )
 
 
-def _model_coverage(
+def _compute_model_coverage(
     model: str, verdicts: Sequence[Verdict], given: Mapping[str, bool]
 ) -> ModelCoverage:
     labels: dict[str, bool] = {}
     for verdict in verdicts:
         for condition in verdict.conditions:
-            expected = _expected(condition.proof) is not None
+            expected = _find_expectation(condition.proof) is not None
             labels.setdefault(condition.label, given.get(condition.label, expected))
     labels |= {label: expected for label, expected in given.items() if label not in labels}
     held, failed, unknown = _count_states(verdict.state for verdict in verdicts)
-    lines = tuple(_line_coverage(label, labels[label], verdicts) for label in labels)
+    lines = tuple(_compute_line_coverage(label, labels[label], verdicts) for label in labels)
     return ModelCoverage(model, held, failed, unknown, lines)
 
 
-def _line_coverage(label: str, expected: bool, verdicts: Iterable[Verdict]) -> LineCoverage:
+def _compute_line_coverage(label: str, expected: bool, verdicts: Iterable[Verdict]) -> LineCoverage:
     states: list[State] = []
     decided = 0
     for verdict in verdicts:
         # A rule in Prolog may have several conditions of one label.
         own = [c for c in verdict.conditions if c.label == label]
-        states.extend(map(_seen_state, own))
-        decided += _alone(own, verdict)
+        states.extend(map(_get_line_state, own))
+        decided += _decides_alone(own, verdict)
     return LineCoverage(label, expected, *_count_states(states), decided)
 
 
-def _alone(own: Sequence[Condition], verdict: Verdict) -> bool:
+def _decides_alone(own: Sequence[Condition], verdict: Verdict) -> bool:
     """Return whether these alone keep the verdict from holding, or from being open."""
     if verdict.state is State.HOLDS:
         return False
-    deciding = verdict.conditions_that(verdict.state)
+    deciding = verdict.list_conditions_in_state(verdict.state)
     return bool(deciding) and all(c in own for c in deciding)
 
 
-def _seen_state(condition: Condition) -> State:
+def _get_line_state(condition: Condition) -> State:
     """Return the state of a line, or of what it expects."""
-    expected = _expected(condition.proof)
+    expected = _find_expectation(condition.proof)
     return condition.proof.state if expected is None else expected.state
 
 
-def _expected(proof: Proof) -> Proof | None:
+def _find_expectation(proof: Proof) -> Proof | None:
     """Return the expectation of a line; None for lines that must hold."""
     if isinstance(proof.detail, Note) and proof.detail.name == "expect":
         return proof.children[0]

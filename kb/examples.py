@@ -9,7 +9,7 @@ from facetlog.errors import FacetlogError
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import quantity
-from facetlog.grammar.example_scenes import examples_of, sizes_si
+from facetlog.grammar.example_scenes import convert_sizes, list_examples
 from facetlog.kb.engine.terms import Atom
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
@@ -17,7 +17,7 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.scene_facts import FactMaker
 
-__all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "example_cases", "run_cases"]
+__all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "list_example_cases", "run_cases"]
 
 SceneMaker: TypeAlias = Callable[[s.SceneFile | s.SceneBuilt, Path], Iterable[Fact]]
 """The facts of an example's scene; the path is that of the model file.
@@ -46,7 +46,10 @@ class Expected:
     def problems(self, verdict: Verdict) -> tuple[str, ...]:
         """Return a sentence for each unmet expectation."""
         if verdict.state is not self.state:
-            return (f"it {_says(verdict.state)}, expected was that it {_says(self.state)}",)
+            return (
+                f"it {_describe_state(verdict.state)}, expected was that it "
+                f"{_describe_state(self.state)}",
+            )
         found = []
         if self.at_least is not None and verdict.degree < self.at_least:
             found.append(f"it holds by {verdict.degree:.4g} only, expected was {self.at_least:.4g}")
@@ -54,13 +57,18 @@ class Expected:
         for label in self.because:
             state = states.get(label)
             if state is None:
-                found.append(f"`{label}` was not asked, expected was that it {_says(self.state)}")
+                found.append(
+                    f"`{label}` was not asked, expected was that it {_describe_state(self.state)}"
+                )
             elif state is not self.state:
-                found.append(f"`{label}` {_says(state)}, expected was that it {_says(self.state)}")
+                found.append(
+                    f"`{label}` {_describe_state(state)}, expected was that it "
+                    f"{_describe_state(self.state)}"
+                )
         return tuple(found)
 
 
-def _says(state: State) -> str:
+def _describe_state(state: State) -> str:
     return "is unknown" if state is State.UNKNOWN else state.value
 
 
@@ -106,7 +114,7 @@ class CaseResult:
         yield f'{case.place}: failed: {case.model} "{case.title}": {"; ".join(self.problems)}'
         if self.verdict is not None:
             holds = self.verdict.state is State.HOLDS
-            yield from self.verdict.lines() if holds else self.verdict.miss_lines()
+            yield from self.verdict.lines() if holds else self.verdict.iter_miss_lines()
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as plain data."""
@@ -128,7 +136,7 @@ class CaseResult:
         }
 
 
-def example_cases(
+def list_example_cases(
     analysis: Analysis, make: SceneMaker, on_demand: SceneMaker | None = None
 ) -> tuple[Case, ...]:
     """Return the examples of a model file without faults, in the order of the text.
@@ -138,7 +146,7 @@ def example_cases(
     path = Path(analysis.file.source.name)
     return tuple(
         _build_case(model, example, analysis, path, make, on_demand)
-        for model, example in examples_of(analysis)
+        for model, example in list_examples(analysis)
     )
 
 
@@ -161,16 +169,16 @@ def _build_case(
         analysis.file.source.place(example.span.start),
         model.name.text,
         expected,
-        _scene_name(example.scene, path),
+        _describe_scene(example.scene, path),
         lambda: make(example.scene, path),
         on_demand=None if on_demand is None else lambda: on_demand(example.scene, path),
     )
 
 
-def _scene_name(scene: s.SceneFile | s.SceneBuilt, path: Path) -> str:
+def _describe_scene(scene: s.SceneFile | s.SceneBuilt, path: Path) -> str:
     if isinstance(scene, s.SceneFile):
         return str(path.parent / scene.path.value)
-    sizes = ", ".join(f"{name} {value!r}" for name, value in sorted(sizes_si(scene).items()))
+    sizes = ", ".join(f"{name} {value!r}" for name, value in sorted(convert_sizes(scene).items()))
     return f"{scene.builder}({sizes})"
 
 
@@ -196,13 +204,13 @@ def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult
 
 def _run_case(base: KnowledgeBase, case: Case) -> CaseResult:
     try:
-        verdict = base.why(SCENE, case.model, thing=case.thing or _main_thing(base, case))
+        verdict = base.why(SCENE, case.model, thing=case.thing or _find_main_thing(base, case))
     except FacetlogError as exc:
         return CaseResult(case, None, (str(exc),))
     return CaseResult(case, verdict, case.expected.problems(verdict))
 
 
-def _main_thing(base: KnowledgeBase, case: Case) -> str | None:
+def _find_main_thing(base: KnowledgeBase, case: Case) -> str | None:
     """Return the largest thing where the model should fail; None, for whichever fits best,
     elsewhere.
 
@@ -211,11 +219,13 @@ def _main_thing(base: KnowledgeBase, case: Case) -> str | None:
     if case.expected.state is not State.FAILS:
         return None
     with base.query("thing_size(T, L, W, H)", scenes=(SCENE,)) as answers:
-        sizes = {str(t): _diagonal(lengths) for t, *lengths in answers if isinstance(t, Atom)}
+        sizes = {
+            str(t): _square_diagonal(lengths) for t, *lengths in answers if isinstance(t, Atom)
+        }
     # The first of equals, as facts name them.
     return max(sizes, key=lambda thing: sizes[thing], default=None)
 
 
-def _diagonal(lengths: Sequence[object]) -> float:
-    """Squared, of the least box round a thing: a flat one has a size as well."""
+def _square_diagonal(lengths: Sequence[object]) -> float:
+    """Return squared, of the least box round a thing: a flat one has a size as well."""
     return sum(float(x) ** 2 for x in lengths if isinstance(x, int | float))

@@ -15,21 +15,21 @@ from time import perf_counter
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.calibration import Calibration, InputKind, shipped_calibration
+from facetlog.kb.calibration import Calibration, InputKind, load_shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.columns import decode_chunk
 from facetlog.kb.engine.engine_pool import Replies, engine_pool
 from facetlog.kb.engine.python_predicates import PythonPredicate, remember
-from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
 from facetlog.kb.engine.transport import (
     Leftovers,
     ask,
     checked,
-    clean_up,
     clear,
     clear_all,
     destroy_scene,
+    forget_in_prolog,
     leave,
     scene_module,
 )
@@ -63,7 +63,7 @@ class KnowledgeBase(Closing):
     def __init__(self, limits: Limits | None = None, *, crisp: bool = False) -> None:
         began = perf_counter()
         self.limits = limits or Limits()
-        self.calibration = Calibration() if crisp else shipped_calibration()
+        self.calibration = Calibration() if crisp else load_shipped_calibration()
         self._name = f"base{next(_bases)}"
         self._lock = threading.RLock()
         self._scenes: dict[str, LoadedScene] = {}
@@ -75,7 +75,7 @@ class KnowledgeBase(Closing):
         self._closed = False
         self.send("declare_facts", declarations())
         if crisp:
-            self.send("be_crisp", term_text(Atom(self._name)))
+            self.send("be_crisp", format_prolog_term(Atom(self._name)))
         rules = builtin_rules()
         for name in BUILTIN_MODELS:
             self._rules.load_builtin(rules / f"{name}.pl")
@@ -89,10 +89,10 @@ class KnowledgeBase(Closing):
             if self._closed:
                 return
             self._closed = True
-            left = self._leftovers()
+            left = self._collect_leftovers()
         clear(left)
 
-    def _leftovers(self) -> Leftovers:
+    def _collect_leftovers(self) -> Leftovers:
         modules = tuple(scene.module for scene in self._scenes.values())
         functions = tuple(self._functions)
         return Leftovers(self._name, modules, self._rules.modules, functions)
@@ -102,7 +102,7 @@ class KnowledgeBase(Closing):
         # lock held. At the end of the process everything is forgotten anyway.
         if getattr(self, "_closed", True) or sys.is_finalizing():
             return
-        leave(self._leftovers())
+        leave(self._collect_leftovers())
 
     @property
     def scenes(self) -> Mapping[str, LoadedScene]:
@@ -126,10 +126,10 @@ class KnowledgeBase(Closing):
         behind, if a fact is not one of the schema.
         """
         began, module = perf_counter(), scene_module()
-        self.send("new_scene", term_text(Atom(module)))
+        self.send("new_scene", format_prolog_term(Atom(module)))
         try:
             total = self._facts.load(module, facts, cache_key)
-            said = self.send("known_of_scene", term_text(Atom(module)))
+            said = self.send("known_of_scene", format_prolog_term(Atom(module)))
             known = said if isinstance(said, tuple) else ()
             unit = "m" if Atom("metric") in known else None
             surfaces = {
@@ -140,7 +140,7 @@ class KnowledgeBase(Closing):
             }
             scene = LoadedScene(name, module, total, unit, MappingProxyType(surfaces))
             with self._lock:
-                self.send("name_scene", _terms("named", self._name, name, module))
+                self.send("name_scene", _format_terms("named", self._name, name, module))
                 old = self._scenes.pop(name, None)
                 self._scenes[name] = scene
                 self._facts.promise(module, on_demand)
@@ -158,7 +158,7 @@ class KnowledgeBase(Closing):
         with self._lock:
             scene = self._scenes.pop(name)
             self._check_open()
-            clean_up("unname_scene", _terms("named", self._name, name))
+            forget_in_prolog("unname_scene", _format_terms("named", self._name, name))
         self._forget(scene)
 
     def _forget(self, scene: LoadedScene) -> None:
@@ -199,7 +199,9 @@ class KnowledgeBase(Closing):
         self._functions.append(key)
         self.send(
             "define_python",
-            term_text(Struct("define", (Atom(self._name), Struct("/", (Atom(name), arity)), key))),
+            format_prolog_term(
+                Struct("define", (Atom(self._name), Struct("/", (Atom(name), arity)), key))
+            ),
         )
 
     def query(
@@ -232,7 +234,7 @@ class KnowledgeBase(Closing):
                 tuple(Struct("=", (Atom(name), value)) for name, value in bindings.items()),
                 goal,
             )
-            text = term_text(Struct("query", question))
+            text = format_prolog_term(Struct("query", question))
             replies = self._pool.replies("query", text, seconds=limits.seconds)
         return _read_answers(replies, goal)
 
@@ -240,7 +242,7 @@ class KnowledgeBase(Closing):
         """Return the verdict of a model on a thing of a scene: the best assignment of its parts."""
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
         verdict = self._verdict("judge", scene, about)
-        return self._calibrated(verdict, scene)
+        return self._add_confidence(verdict, scene)
 
     def why(
         self,
@@ -261,13 +263,13 @@ class KnowledgeBase(Closing):
             missed = unseen(sight, verdict.thing, self._scene(scene).length_unit)
             verdict = replace(verdict, unseen=missed)
         verdict = replace(verdict, assumed=sight.assumed)
-        return verdict if parts else self._calibrated(verdict, scene)
+        return verdict if parts else self._add_confidence(verdict, scene)
 
-    def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
+    def _add_confidence(self, verdict: Verdict, scene: str) -> Verdict:
         kind = self._scene(scene).kind_of(verdict.thing)
         return self.calibration.applied(verdict, self._model(verdict.model).judging, kind)
 
-    def with_unseen(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
+    def add_unseen_causes(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
         """Return the verdicts; where something was not seen, with the cause and the way out."""
         unit = self._scene(scene).length_unit
         missed = {
@@ -309,7 +311,7 @@ class KnowledgeBase(Closing):
         about = (*self._build_subject_terms(model, thing, parts), int(count))
         found = self._request_explanation("why_not", scene, about)
         verdicts = decode_verdicts(found, length_unit=self._scene(scene).length_unit)
-        return self.with_unseen(verdicts, scene)
+        return self.add_unseen_causes(verdicts, scene)
 
     def origin(self, scene: str, about: str) -> Origin:
         """Return where something of a scene, or a fact, comes from: down to views and pixels.
@@ -335,7 +337,7 @@ class KnowledgeBase(Closing):
             # The scene must still be the one of this module when the request begins.
             module = Atom(self._scene(scene).module)
             request = (Atom(self._name), module, limits.bounds, Struct(operation, about))
-            text = term_text(Struct("request", request))
+            text = format_prolog_term(Struct("request", request))
             self._facts.keep(text, (module.name,))
             replies = self._pool.replies(operation, text, seconds=limits.seconds)
         try:
@@ -351,7 +353,7 @@ class KnowledgeBase(Closing):
         It may take as many `seconds`, by default as long as one question.
         """
         self._check_open()
-        text = term_text(Struct(about.functor, (Atom(self._name), *about.args)))
+        text = format_prolog_term(Struct(about.functor, (Atom(self._name), *about.args)))
         text = f"{text}\n{columns}" if columns else text
         return ask(operation, text, seconds=seconds or self.limits.seconds)
 
@@ -367,7 +369,7 @@ class KnowledgeBase(Closing):
         """
         if self._closed:
             return False
-        return self._pool.when_quiet(operation, term_text(Atom(kept)))
+        return self._pool.send_when_quiet(operation, format_prolog_term(Atom(kept)))
 
     def _scene(self, name: str) -> LoadedScene:
         try:
@@ -402,5 +404,5 @@ def _read_answers(replies: Replies, goal: str) -> Answers:
         raise
 
 
-def _terms(functor: str, *names: str) -> str:
-    return term_text(Struct(functor, tuple(map(Atom, names))))
+def _format_terms(functor: str, *names: str) -> str:
+    return format_prolog_term(Struct(functor, tuple(map(Atom, names))))

@@ -12,7 +12,7 @@ from facetlog.kb.explaining.proof import State
 from facetlog.kb.loading.encode import Fact
 from facetlog.regular_file import read_regular_text
 
-__all__ = ["COLUMNS", "labelled_cases"]
+__all__ = ["COLUMNS", "read_labelled_cases"]
 
 COLUMNS = ("scene", "thing", "model", "expected")
 """Columns of the table's first line; `thing` may be left out, or its cells empty."""
@@ -24,7 +24,7 @@ MOST_BYTES = 10_000_000
 SceneReader: TypeAlias = Callable[[Path], Iterable[Fact]]
 
 
-def labelled_cases(
+def read_labelled_cases(
     path: Path,
     facts: SceneReader,
     *,

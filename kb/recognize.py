@@ -12,23 +12,23 @@ from facetlog.kb.explaining.verdict import Recognition, Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.rule_source import RULE_SUFFIXES, holds_no_model, holds_words_alone
+from facetlog.kb.loading.rule_source import RULE_SUFFIXES, has_only_words, lacks_models
 from facetlog.kb.loading.scene_facts import FactMaker
 
 __all__ = [
+    "judge_loaded_scene",
     "judge_scene",
-    "judged_scene",
+    "list_rule_files",
     "open_knowledge_base",
     "recognize",
     "rule_files",
-    "rules_in",
     "too_large",
 ]
 
 _LOG = logging.getLogger(__name__)
 
 
-def rules_in(folder: Path) -> tuple[Path, ...]:
+def list_rule_files(folder: Path) -> tuple[Path, ...]:
     """Return the model files of a folder, in the model language or in Prolog, in alphabetical
     order.
 
@@ -36,7 +36,7 @@ def rules_in(folder: Path) -> tuple[Path, ...]:
     without any model, such as empty ones.
     """
     found = (p for p in sorted(folder.glob("*")) if p.suffix in RULE_SUFFIXES)
-    return tuple(p for p in found if not holds_words_alone(p) and not holds_no_model(p))
+    return tuple(p for p in found if not has_only_words(p) and not lacks_models(p))
 
 
 def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:
@@ -46,7 +46,7 @@ def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:
     """
     found: list[Path] = []
     for path in map(Path, paths):
-        inside = rules_in(path) if path.is_dir() else (path,)
+        inside = list_rule_files(path) if path.is_dir() else (path,)
         if not path.exists():
             raise RuleSyntaxError(f"{path}: there is no such file or folder")
         if not inside:
@@ -93,17 +93,17 @@ def judge_scene(
     """
     base.load_scene(name, facts, on_demand=on_demand)
     try:
-        return judged_scene(base, name)
+        return judge_loaded_scene(base, name)
     finally:
         base.drop_scene(name)
 
 
-def judged_scene(base: KnowledgeBase, name: str) -> Recognition:
+def judge_loaded_scene(base: KnowledgeBase, name: str) -> Recognition:
     """Return the verdicts on a loaded scene; where something was not seen, with the cause."""
     with base.query("thing(T)", scenes=(name,)) as answers:
         things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
     verdicts = [_judged(base, name, model, thing) for thing in things for model in base.models]
-    return Recognition(name, base.with_unseen(verdicts, name))
+    return Recognition(name, base.add_unseen_causes(verdicts, name))
 
 
 def _judged(base: KnowledgeBase, scene: str, model: str, thing: str) -> Verdict:

@@ -9,20 +9,20 @@ from typing import BinaryIO
 
 from facetlog.errors import InputError
 
-__all__ = ["write_whole", "writing_whole"]
+__all__ = ["open_atomically", "write_atomically"]
 
 
-def write_whole(path: Path, content: bytes) -> None:
+def write_atomically(path: Path, content: bytes) -> None:
     """Write a file beside its place and rename it there, so that nobody reads half of it.
 
-    As `writing_whole`, of what is at hand as a whole.
+    As `open_atomically`, of what is at hand as a whole.
     """
-    with writing_whole(path) as file:
+    with open_atomically(path) as file:
         file.write(content)
 
 
 @contextmanager
-def writing_whole(path: Path) -> Iterator[BinaryIO]:
+def open_atomically(path: Path) -> Iterator[BinaryIO]:
     """Open a file beside its place, which is renamed there at the end if nothing was raised.
 
     Raises InputError if the folder cannot be written to; an older file is then left as it was, else

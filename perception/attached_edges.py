@@ -4,10 +4,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["hangs_behind", "lies_inside", "rise_from_rim", "stands_behind"]
+__all__ = ["find_risen_segments", "find_segments_behind", "find_segments_inside", "is_hung_behind"]
 
 # The outline is widened by this share of the face's size: legs stand at the rim.
 RIM_SHARE = 0.08
@@ -22,7 +22,7 @@ LEVEL_ENOUGH = 0.5
 UPRIGHT = float(np.cos(np.deg2rad(30.0)))
 
 
-def stands_behind(
+def find_segments_behind(
     segments: FloatArray, corners: FloatArray, normal: FloatArray
 ) -> NDArray[np.bool_]:
     """Return which segments (n, 2, 3) begin just behind a face and stay within its outline (n,).
@@ -31,34 +31,36 @@ def stands_behind(
 
     >>> square = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
     >>> leg, beside = [[0.1, 0.1, 0.9], [0.1, 0.1, 0]], [[2, 0, 0.9], [2, 0, 0.0]]
-    >>> stands_behind(np.array([leg, beside]), square, np.array([0, 0, 1.0]))
+    >>> find_segments_behind(np.array([leg, beside]), square, np.array([0, 0, 1.0]))
     array([ True, False])
     """
-    depth, within, size = _seen_along(segments, corners, normal)
+    depth, within, size = _measure_depths_behind(segments, corners, normal)
     begins = np.abs(depth).min(axis=1) < MAX_GAP_SHARE * size
     reaches = depth.max(axis=1) > MIN_DEPTH_SHARE * size
     result: NDArray[np.bool_] = begins & reaches & _is_behind(depth, within, size)
     return result
 
 
-def hangs_behind(sides: FloatArray, corners: FloatArray, normal: FloatArray) -> bool:
+def is_hung_behind(sides: FloatArray, corners: FloatArray, normal: FloatArray) -> bool:
     """Return whether a face with these sides (n, 2, 3) begins at another from behind, within its
     outline.
 
     `corners` and `normal` are the other's; of a board pictures often show the upper side alone, so
     what begins no farther behind than boards are thick begins there.
     """
-    depth, within, size = _seen_along(sides, corners, normal)
+    depth, within, size = _measure_depths_behind(sides, corners, normal)
     begins = depth.min() < MAX_GAP_SHARE * size and depth.max() > MIN_DEPTH_SHARE * size
     return bool(begins and _is_behind(depth, within, size).all())
 
 
-def lies_inside(segments: FloatArray, corners: FloatArray, normal: FloatArray) -> NDArray[np.bool_]:
+def find_segments_inside(
+    segments: FloatArray, corners: FloatArray, normal: FloatArray
+) -> NDArray[np.bool_]:
     """Return which segments (n, 2, 3) lie behind a face within its outline, however deep (n,).
 
     Of a solid that is where its inside is: no view shows an edge there.
     """
-    return _is_behind(*_seen_along(segments, corners, normal))
+    return _is_behind(*_measure_depths_behind(segments, corners, normal))
 
 
 def _is_behind(depth: FloatArray, within: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
@@ -66,12 +68,12 @@ def _is_behind(depth: FloatArray, within: NDArray[np.bool_], size: float) -> NDA
     return behind
 
 
-def _seen_along(
+def _measure_depths_behind(
     segments: FloatArray, corners: FloatArray, normal: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_], float]:
     # Depths (n, 2) behind the face, whether both ends are within its widened outline, its size.
     middle = corners.mean(axis=0)
-    axes = plane_axes(normal, corners[1] - corners[0])
+    axes = make_plane_axes(normal, corners[1] - corners[0])
     polygon = shapely.Polygon((corners - middle) @ axes.T)
     size = float(np.sqrt(polygon.area))
     flat = (segments - middle) @ axes.T
@@ -79,7 +81,7 @@ def _seen_along(
     return -(segments - middle) @ normal, within.all(axis=1), size
 
 
-def rise_from_rim(
+def find_risen_segments(
     segments: FloatArray,
     corners: FloatArray,
     normal: FloatArray,
@@ -97,28 +99,28 @@ def rise_from_rim(
     >>> post, rail = [[0, 0, 1], [0, 0, 2]], [[0, 0, 2], [1, 0, 2]]
     >>> leg, vase = [[0, 0, 0], [0, 0, 1]], [[0.5, 0.5, 1], [0.5, 0.5, 2]]
     >>> z = np.array([0, 0, 1.0])
-    >>> rise_from_rim(np.array([post, rail, leg, vase], dtype=float), seat, z, z)
+    >>> find_risen_segments(np.array([post, rail, leg, vase], dtype=float), seat, z, z)
     array([ True,  True, False, False])
     """
     if float(normal @ up) <= LEVEL_ENOUGH:
         return np.zeros(len(segments), np.bool_)
     middle = corners.mean(axis=0)
-    axes = plane_axes(normal, corners[1] - corners[0])
+    axes = make_plane_axes(normal, corners[1] - corners[0])
     polygon = shapely.Polygon((corners - middle) @ axes.T)
     size = float(np.sqrt(polygon.area))
     height = (segments - middle) @ normal
-    feet = (_feet(segments, height) - middle) @ axes.T
+    feet = (_find_foot_points(segments, height) - middle) @ axes.T
     away = shapely.distance(polygon.exterior, shapely.points(feet))
     reach = RIM_SHARE * size
-    found = _upright(segments, up) & (away < reach)
+    found = _are_upright(segments, up) & (away < reach)
     found &= (height.min(axis=1) < reach) & (height.max(axis=1) > reach)
     if posts is not None:
         found &= posts
     above = (height > -MIN_DEPTH_SHARE * size).all(axis=1)
-    return _with_joined(segments, found, above, reach)
+    return _add_connected(segments, found, above, reach)
 
 
-def _feet(segments: FloatArray, height: FloatArray) -> FloatArray:
+def _find_foot_points(segments: FloatArray, height: FloatArray) -> FloatArray:
     # Where each passes the plane from which heights (n, 2) count, or its end that is nearer to it.
     rise = height[:, 1] - height[:, 0]
     share = np.clip(-height[:, 0] / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
@@ -126,13 +128,13 @@ def _feet(segments: FloatArray, height: FloatArray) -> FloatArray:
     return feet
 
 
-def _upright(segments: FloatArray, up: FloatArray) -> NDArray[np.bool_]:
+def _are_upright(segments: FloatArray, up: FloatArray) -> NDArray[np.bool_]:
     span = segments[:, 1] - segments[:, 0]
     upright: NDArray[np.bool_] = np.abs(span @ up) > UPRIGHT * np.linalg.norm(span, axis=1)
     return upright
 
 
-def _with_joined(
+def _add_connected(
     segments: FloatArray, found: NDArray[np.bool_], may: NDArray[np.bool_], reach: float
 ) -> NDArray[np.bool_]:
     """Return which are `found`, or `may` be and hang together with such (n,)."""

@@ -9,7 +9,7 @@ import numpy as np
 from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
-__all__ = ["along_axes", "dots", "quadratic_forms"]
+__all__ = ["compute_quadratic_forms", "dots", "project_on_axes"]
 
 
 def dots(one: FloatArray, two: FloatArray) -> FloatArray:
@@ -24,11 +24,11 @@ def dots(one: FloatArray, two: FloatArray) -> FloatArray:
     return total
 
 
-def along_axes(points: FloatArray, axes: FloatArray) -> FloatArray:
+def project_on_axes(points: FloatArray, axes: FloatArray) -> FloatArray:
     """Return coordinates (r, k, a) of points (r, k, d) along axes (r, a, d), or (a, d) for all
     rows.
 
-    >>> along_axes(np.array([[[1.0, 2.0]]]), np.array([[0.0, 1.0], [1.0, 0.0]]))
+    >>> project_on_axes(np.array([[[1.0, 2.0]]]), np.array([[0.0, 1.0], [1.0, 0.0]]))
     array([[[2., 1.]]])
     """
     found = np.empty((*points.shape[:-1], axes.shape[-2]))
@@ -38,13 +38,13 @@ def along_axes(points: FloatArray, axes: FloatArray) -> FloatArray:
     return found
 
 
-def quadratic_forms(
+def compute_quadratic_forms(
     vectors: FloatArray, matrices: FloatArray, rows: Indices | None = None
 ) -> FloatArray:
     """Return vᵀ C v (n,) of vectors (n, k) and matrices (n, k, k), or `rows` (n,) of matrices (m,
     k, k).
 
-    >>> quadratic_forms(np.array([[1.0, 2.0]]), np.array([[[2.0, 0.0], [0.0, 1.0]]]))
+    >>> compute_quadratic_forms(np.array([[1.0, 2.0]]), np.array([[[2.0, 0.0], [0.0, 1.0]]]))
     array([6.])
     """
     total = np.zeros(len(vectors))

@@ -11,12 +11,12 @@ from facetlog.perception.types import FloatArray
 __all__ = [
     "Estimate",
     "FlatFace",
+    "clip_polygon_above",
+    "compute_vector_area",
     "cross",
     "crossing",
-    "part_above",
-    "plane_axes",
-    "ring_sides",
-    "vector_area",
+    "make_plane_axes",
+    "make_ring_sides",
 ]
 
 # Two sides meet in a corner when they cross at more than this sine; else one goes on as the other.
@@ -62,11 +62,11 @@ class FlatFace:
         return flat
 
 
-def plane_axes(normal: FloatArray, along: FloatArray) -> FloatArray:
+def make_plane_axes(normal: FloatArray, along: FloatArray) -> FloatArray:
     """Return two unit vectors (..., 2, 3), right-handed with `normal` (..., 3), the first near
     `along`.
 
-    >>> plane_axes(np.array([0.0, 0.0, 1.0]), np.array([2.0, 0.0, 1.0]))
+    >>> make_plane_axes(np.array([0.0, 0.0, 1.0]), np.array([2.0, 0.0, 1.0]))
     array([[1., 0., 0.],
            [0., 1., 0.]])
     """
@@ -76,7 +76,7 @@ def plane_axes(normal: FloatArray, along: FloatArray) -> FloatArray:
     lost = (size < 1e-12 * np.maximum(reach, 1e-300))[..., 0]
     if lost.any():
         some = np.eye(3)[np.abs(normal).argmin(axis=-1)]
-        return plane_axes(normal, np.where(lost[..., None], some, along))
+        return make_plane_axes(normal, np.where(lost[..., None], some, along))
     axes = np.empty((*size.shape[:-1], 2, 3))
     axes[..., 0, :] = first / size
     axes[..., 1, :] = cross(normal, axes[..., 0, :])
@@ -99,15 +99,15 @@ def cross(first: FloatArray, second: FloatArray) -> FloatArray:
     return product
 
 
-def ring_sides(corners: FloatArray) -> FloatArray:
+def make_ring_sides(corners: FloatArray) -> FloatArray:
     """Return the sides (k, 2, 3) of a ring of corners (k, 3), each from one corner to the next."""
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
-def vector_area(loop: FloatArray) -> FloatArray:
+def compute_vector_area(loop: FloatArray) -> FloatArray:
     """Return ½ Σ pi × pi+1 of a loop (k, 3): its length is the area, its direction the normal.
 
-    >>> vector_area(np.array([[0.0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]]))
+    >>> compute_vector_area(np.array([[0.0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]]))
     array([0., 0., 6.])
     """
     spokes = loop - loop[0]
@@ -115,7 +115,7 @@ def vector_area(loop: FloatArray) -> FloatArray:
     return total
 
 
-def part_above(corners: FloatArray, heights: FloatArray) -> FloatArray:
+def clip_polygon_above(corners: FloatArray, heights: FloatArray) -> FloatArray:
     """Return the part of a polygon (k, 3) that has heights, linear in space and (k,) at its
     corners, of 0 or more.
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from facetlog.errors import InputError
 
-__all__ = ["METRES_PER", "Length", "stated_length"]
+__all__ = ["METRES_PER", "Length", "parse_length"]
 
 METRES_PER: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -27,13 +27,13 @@ class Length:
     sd: float | None = None
 
 
-def stated_length(text: str, option: str) -> Length:
+def parse_length(text: str, option: str) -> Length:
     """Return the length that a text states with its unit; InputError for another, which names the
     option.
 
-    >>> stated_length("17.6mm", "--square")
+    >>> parse_length("17.6mm", "--square")
     Length(metres=0.0176, sd=None)
-    >>> stated_length("25 ± 0.5 cm", "--scale")
+    >>> parse_length("25 ± 0.5 cm", "--scale")
     Length(metres=0.25, sd=0.005)
     """
     match = _LENGTH.fullmatch(text)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from facetlog.perception.polygons import find_union
 from facetlog.perception.types import FloatArray, frozen
 
-__all__ = ["Junction", "LineDrawing", "Rays", "collinear", "junction_type", "rays_in_order"]
+__all__ = ["Junction", "LineDrawing", "Rays", "classify_junction", "find_collinear", "sort_rays"]
 
 # Two lines are one straight line if their directions are opposite within so many deviations.
 COLLINEAR_SDS = 3.0
@@ -50,7 +50,7 @@ class Junction(StrEnum):
     """Any other way in which four lines or more meet."""
 
 
-def collinear(angles: FloatArray, sds: FloatArray) -> NDArray[np.bool_]:
+def find_collinear(angles: FloatArray, sds: FloatArray) -> NDArray[np.bool_]:
     """Return which two of n directions (n,) of these deviations (n,), radians, are opposite: (n,
     n).
     """
@@ -60,14 +60,14 @@ def collinear(angles: FloatArray, sds: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(off**2 <= COLLINEAR_SDS**2 * variance, dtype=np.bool_)
 
 
-def rays_in_order(angles: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+def sort_rays(angles: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
     """Return the directions (n,) as indices in ascending order, and the gap (n,) behind each,
     radians.
 
     The widest gap comes last: it is that from the last direction to the first. Of gaps that are
     equal but for rounding it is the first one from 0 on.
 
-    >>> order, gaps = rays_in_order(np.deg2rad([10.0, 200.0, 100.0]))
+    >>> order, gaps = sort_rays(np.deg2rad([10.0, 200.0, 100.0]))
     >>> order.tolist(), np.rad2deg(gaps).round().tolist()
     ([0, 2, 1], [90.0, 100.0, 170.0])
     """
@@ -80,16 +80,16 @@ def rays_in_order(angles: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
     return np.roll(order, -first), np.roll(gaps, -first)
 
 
-def junction_type(angles: FloatArray, sds: FloatArray) -> Junction:
+def classify_junction(angles: FloatArray, sds: FloatArray) -> Junction:
     """Return the type of a junction from the directions (n,) of its lines and their deviations,
     radians.
 
     Directions point away from the vertex; it makes no difference which way they are counted, or
     from where. ValueError for no line at all.
 
-    >>> junction_type(np.deg2rad([0.0, 90.0, 180.5]), np.deg2rad([0.5, 0.5, 0.5])).value
+    >>> classify_junction(np.deg2rad([0.0, 90.0, 180.5]), np.deg2rad([0.5, 0.5, 0.5])).value
     't'
-    >>> junction_type(np.deg2rad([0.0, 90.0, 180.5]), np.deg2rad([0.1, 0.1, 0.1])).value
+    >>> classify_junction(np.deg2rad([0.0, 90.0, 180.5]), np.deg2rad([0.1, 0.1, 0.1])).value
     'fork'
     """
     count = len(angles)
@@ -97,10 +97,10 @@ def junction_type(angles: FloatArray, sds: FloatArray) -> Junction:
         raise ValueError("a junction has at least one line")
     if count == 1:
         return Junction.END
-    straight = collinear(angles, sds)
+    straight = find_collinear(angles, sds)
     if count == 2:
         return Junction.STRAIGHT if straight[0, 1] else Junction.L
-    order, gaps = rays_in_order(angles)
+    order, gaps = sort_rays(angles)
     within = bool(gaps[-1] > np.pi)
     if count == 3:
         if straight.any():
@@ -173,8 +173,8 @@ class LineDrawing:
             if not len(own):
                 found.append(None)
                 continue
-            order, _ = rays_in_order(angle[own])
-            kind = junction_type(angle[own], self.sds[number[own]])
+            order, _ = sort_rays(angle[own])
+            kind = classify_junction(angle[own], self.sds[number[own]])
             found.append(Rays(number[own[order]], far[own[order]], kind))
         return tuple(found)
 

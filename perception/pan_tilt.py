@@ -14,19 +14,19 @@ from facetlog.perception.types import FloatArray, Pose
 __all__ = ["pan_tilt_pose", "projection_matrix"]
 
 
-def _rotation_x(angle: float) -> FloatArray:
+def _make_rotation_x(angle: float) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
-def _rotation_z(angle: float) -> FloatArray:
+def _make_rotation_z(angle: float) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _world_from_image_frame(pan: float, tilt: float, skew: float) -> FloatArray:
+def _make_world_from_image_frame(pan: float, tilt: float, skew: float) -> FloatArray:
     # The paper's frame: x to the left of the picture, y up, z along the view.
-    return _rotation_z(pan + np.pi) @ _rotation_x(-tilt) @ _rotation_z(skew)
+    return _make_rotation_z(pan + np.pi) @ _make_rotation_x(-tilt) @ _make_rotation_z(skew)
 
 
 def pan_tilt_pose(x: float, y: float, z: float, pan: float, tilt: float, skew: float = 0.0) -> Pose:
@@ -38,7 +38,7 @@ def pan_tilt_pose(x: float, y: float, z: float, pan: float, tilt: float, skew: f
     array([0., 1., 0.])
     """
     # The paper's picture is u = -f X/Z, v = -f Y/Z: turned by 180° about the view it is OpenCV's.
-    rotation = _world_from_image_frame(pan, tilt, skew) @ np.diag([-1.0, -1.0, 1.0])
+    rotation = _make_world_from_image_frame(pan, tilt, skew) @ np.diag([-1.0, -1.0, 1.0])
     return Pose(rotation, np.array([x, y, z], dtype=np.float64))
 
 
@@ -49,7 +49,7 @@ def projection_matrix(
 
     u and v are in the unit of `focal`, from the principal point; angles in radians.
     """
-    r = _world_from_image_frame(pan, tilt, skew).T
+    r = _make_world_from_image_frame(pan, tilt, skew).T
     c = np.array([x, y, z], dtype=np.float64)
     t = np.column_stack([r, -r @ c])
     t[2] /= -focal

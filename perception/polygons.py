@@ -58,22 +58,22 @@ def make_valid(shapes: Any) -> Any:
 
 def find_intersection(one: Any, other: Any, grid_size: float | None = None) -> Any:
     """Return what two geometries, or two arrays of them one by one, share."""
-    return _overlay(shapely.intersection, one, other, grid_size=grid_size)
+    return _overlay_robustly(shapely.intersection, one, other, grid_size=grid_size)
 
 
 def find_difference(one: Any, other: Any) -> Any:
     """Return what of the first geometries is not in the others."""
-    return _overlay(shapely.difference, one, other)
+    return _overlay_robustly(shapely.difference, one, other)
 
 
 def find_symmetric_difference(one: Any, other: Any) -> Any:
     """Return what is in either of two geometries, but not in both."""
-    return _overlay(shapely.symmetric_difference, one, other)
+    return _overlay_robustly(shapely.symmetric_difference, one, other)
 
 
 def find_union(shapes: Any) -> shapely.Geometry:
     """Return the union of geometries."""
-    return _overlay(shapely.union_all, np.asarray(shapes, dtype=np.object_))
+    return _overlay_robustly(shapely.union_all, np.asarray(shapes, dtype=np.object_))
 
 
 def find_enclosed_area(segments: FloatArray) -> shapely.Geometry | None:
@@ -115,7 +115,9 @@ def triangulate(polygons: Any) -> FloatArray:
 
 # GEOS sets flags of coordinates near the least number, whose areas are right all the same.
 @np.errstate(all="ignore")
-def _overlay(operation: Callable[..., Any], *sets: Any, grid_size: float | None = None) -> Any:
+def _overlay_robustly(
+    operation: Callable[..., Any], *sets: Any, grid_size: float | None = None
+) -> Any:
     # of polygons that are not valid some results are wrong without an exception
     sets = tuple(make_valid(each) for each in sets)
     try:

@@ -12,26 +12,26 @@ from facetlog.perception.types import FloatArray
 __all__ = [
     "Bools",
     "Indices",
-    "by_group",
-    "chosen_places",
-    "group_sums",
+    "find_entries_of_rows",
+    "find_pairs_in_rows",
+    "find_row_starts",
+    "iter_groups",
     "joined",
-    "padded_sums",
-    "pairs_in_rows",
-    "row_starts",
-    "row_sums",
     "row_table",
     "stacked",
+    "sum_by_group",
+    "sum_padded_rows",
+    "sum_rows",
 ]
 
 Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 
-def row_starts(lengths: Indices) -> Indices:
+def find_row_starts(lengths: Indices) -> Indices:
     """Return where each row begins (r,).
 
-    >>> row_starts(np.array([3, 2])).tolist()
+    >>> find_row_starts(np.array([3, 2])).tolist()
     [0, 3]
     """
     return np.cumsum(lengths) - lengths
@@ -49,32 +49,32 @@ def row_table(lengths: Indices) -> tuple[Indices, Bools]:
     steps = np.arange(int(lengths.max(initial=0)))
     there = steps < lengths[:, None]
     last = np.maximum(lengths - 1, 0)
-    return row_starts(lengths)[:, None] + np.minimum(steps, last[:, None]), there
+    return find_row_starts(lengths)[:, None] + np.minimum(steps, last[:, None]), there
 
 
-def row_sums(values: FloatArray, lengths: Indices) -> FloatArray:
+def sum_rows(values: FloatArray, lengths: Indices) -> FloatArray:
     """Return sums (r, ...) of the rows' entries (n, ...); every row has one at least."""
     if not len(lengths):
         return np.zeros((0, *values.shape[1:]))
-    sums: FloatArray = np.add.reduceat(values, row_starts(lengths), axis=0)
+    sums: FloatArray = np.add.reduceat(values, find_row_starts(lengths), axis=0)
     return sums
 
 
-def chosen_places(lengths: Indices, chosen: Indices) -> Indices:
+def find_entries_of_rows(lengths: Indices, chosen: Indices) -> Indices:
     """Return places of all entries of some rows, row by row.
 
-    >>> chosen_places(np.array([3, 2, 1]), np.array([2, 0])).tolist()
+    >>> find_entries_of_rows(np.array([3, 2, 1]), np.array([2, 0])).tolist()
     [5, 0, 1, 2]
     """
     counts = lengths[chosen]
-    first = row_starts(lengths)[chosen] - row_starts(counts)
+    first = find_row_starts(lengths)[chosen] - find_row_starts(counts)
     return np.arange(int(counts.sum())) + np.repeat(first, counts)
 
 
-def padded_sums(table: FloatArray) -> FloatArray:
+def sum_padded_rows(table: FloatArray) -> FloatArray:
     """Return sums (r,) of rows (r, k) that end in zeros: the same to the last bit, however many.
 
-    >>> padded_sums(np.array([[1.0, 2.0, 0.0]]))
+    >>> sum_padded_rows(np.array([[1.0, 2.0, 0.0]]))
     array([3.])
     """
     if not table.shape[1]:
@@ -82,18 +82,18 @@ def padded_sums(table: FloatArray) -> FloatArray:
     return np.asarray(table.cumsum(axis=1)[:, -1], dtype=np.float64)
 
 
-def pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
+def find_pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
     """Return places (p,) of every pair of an entry of one kind with one of another in the same row.
 
     The rows have `firsts` (r,) and `seconds` (r,) entries.
 
-    >>> [each.tolist() for each in pairs_in_rows(np.array([2, 1]), np.array([1, 2]))]
+    >>> [each.tolist() for each in find_pairs_in_rows(np.array([2, 1]), np.array([1, 2]))]
     [[0, 1, 2, 2], [0, 0, 1, 2]]
     """
     counts = np.repeat(seconds, firsts)
-    begins = np.repeat(row_starts(seconds), firsts)
+    begins = np.repeat(find_row_starts(seconds), firsts)
     one = np.repeat(np.arange(len(counts)), counts)
-    return one, np.arange(len(one)) - np.repeat(row_starts(counts) - begins, counts)
+    return one, np.arange(len(one)) - np.repeat(find_row_starts(counts) - begins, counts)
 
 
 def stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:
@@ -103,10 +103,10 @@ def stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:
     return np.concatenate(arrays).reshape(-1, *shape)
 
 
-def group_sums(groups: Indices, values: ArrayLike, count: int) -> FloatArray:
+def sum_by_group(groups: Indices, values: ArrayLike, count: int) -> FloatArray:
     """Return sums (count,) or (count, k) of values (n,) or (n, k), by the group (n,) of each.
 
-    >>> group_sums(np.array([0, 2, 0]), [1.0, 2.0, 3.0], 3)
+    >>> sum_by_group(np.array([0, 2, 0]), [1.0, 2.0, 3.0], 3)
     array([4., 0., 2.])
     """
     what = np.asarray(values, dtype=np.float64)
@@ -116,10 +116,10 @@ def group_sums(groups: Indices, values: ArrayLike, count: int) -> FloatArray:
     return np.column_stack(columns).astype(np.float64)
 
 
-def by_group(groups: Indices) -> Iterator[Indices]:
+def iter_groups(groups: Indices) -> Iterator[Indices]:
     """Return the indices of each group that has any, by the groups' numbers.
 
-    >>> [own.tolist() for own in by_group(np.array([5, 0, 5]))]
+    >>> [own.tolist() for own in iter_groups(np.array([5, 0, 5]))]
     [[1], [0, 2]]
     """
     order = np.argsort(groups, kind="stable").astype(np.int64)

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["TIE", "ascending", "at_least", "descending", "farthest_points", "largest", "ranks"]
+__all__ = [
+    "TIE",
+    "ascending",
+    "at_least",
+    "choose_farthest_points",
+    "descending",
+    "largest",
+    "ranks",
+]
 
 # Equal: numbers that differ by at most this share of the largest magnitude among them. Rounding
 # makes 1e-16 to 1e-13 of angles and distances; what is measured differs by 1e-6 or more.
@@ -73,7 +81,7 @@ def at_least(values: FloatArray, limit: float | FloatArray) -> NDArray[np.bool_]
     return reach
 
 
-def farthest_points(apart: FloatArray, count: int) -> list[int]:
+def choose_farthest_points(apart: FloatArray, count: int) -> list[int]:
     """Return at most `count` of n things, each next one the farthest from all chosen (Gonzalez
     1985).
 
@@ -83,7 +91,7 @@ def farthest_points(apart: FloatArray, count: int) -> list[int]:
 
     >>> ring = np.arange(6)
     >>> steps = np.abs(ring[:, None] - ring)
-    >>> farthest_points(np.minimum(steps, 6 - steps).astype(float), 3)
+    >>> choose_farthest_points(np.minimum(steps, 6 - steps).astype(float), 3)
     [0, 3, 1]
     """
     chosen = [largest(apart.sum(axis=1))] if len(apart) else []

@@ -45,7 +45,7 @@ class StepClock:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Time the body of the `with` statement, also when it ends by an exception."""
+        """Provide time the body of the `with` statement, also when it ends by an exception."""
         self._times.setdefault(name, StepTime(name, 0.0, 0.0, 0))  # in the order of their start
         self._inner.append((0.0, 0.0))
         _LOG.debug("%s begins", name)

@@ -33,13 +33,13 @@ class Format(StrEnum):
     TRANSFORMS = "transforms"
 
 
-def pan_tilt_angles(pose: Pose) -> tuple[float, float, float]:
-    """Pan, tilt and skew (radians) of any pose: the inverse of `pan_tilt_pose`.
+def compute_pan_tilt_angles(pose: Pose) -> tuple[float, float, float]:
+    """Return pan, tilt and skew (radians) of any pose: the inverse of `pan_tilt_pose`.
 
     The tilt is in [-π, 0]; where the camera looks straight up or down, the skew is 0.
 
     >>> from facetlog.perception.pan_tilt import pan_tilt_pose
-    >>> [round(a, 9) for a in pan_tilt_angles(pan_tilt_pose(1, 2, 3, 0.5, -2.0, 0.1))]
+    >>> [round(a, 9) for a in compute_pan_tilt_angles(pan_tilt_pose(1, 2, 3, 0.5, -2.0, 0.1))]
     [0.5, -2.0, 0.1]
     """
     # R diag(-1, -1, 1) = Rz(pan + π) Rx(-tilt) Rz(skew): Euler angles z-x-z.
@@ -103,7 +103,7 @@ def _write_poses_csv(path: Path, views: Sequence[View]) -> None:
         writer = csv.writer(file)
         writer.writerow(["image", "x", "y", "z", "pan_deg", "tilt_deg", "skew_deg"])
         for view in views:
-            angles = np.rad2deg(pan_tilt_angles(view.pose)).tolist()
+            angles = np.rad2deg(compute_pan_tilt_angles(view.pose)).tolist()
             writer.writerow([view.name, *view.pose.centre.tolist(), *angles])
 
 

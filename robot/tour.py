@@ -53,8 +53,8 @@ def tour_poses() -> tuple[Pose, ...]:
     )
 
 
-def looking_at(centre: ArrayLike, target: ArrayLike) -> Pose:
-    """Pose of an upright camera at `centre` (3,) that looks at `target` (3,); z is up.
+def make_pose_looking_at(centre: ArrayLike, target: ArrayLike) -> Pose:
+    """Return pose of an upright camera at `centre` (3,) that looks at `target` (3,); z is up.
 
     ValueError if it would look straight up or down, where upright means nothing.
     """
@@ -68,7 +68,7 @@ def looking_at(centre: ArrayLike, target: ArrayLike) -> Pose:
     return Pose(np.column_stack([right, np.cross(forward, right), forward]), eye)
 
 
-def ring_poses(
+def make_ring_poses(
     target: ArrayLike,
     distance: float,
     heights: tuple[float, ...],
@@ -90,5 +90,5 @@ def ring_poses(
         level: FloatArray = distance * np.array([np.cos(angle), np.sin(angle), 0.0])
         shift = jitter * distance * random.uniform(-1.0, 1.0, (2, 3))
         eye = middle + level + [0.0, 0.0, heights[i % len(heights)]] + shift[0]
-        poses.append(looking_at(eye, middle + shift[1]))
+        poses.append(make_pose_looking_at(eye, middle + shift[1]))
     return tuple(poses)

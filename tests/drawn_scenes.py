@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.perception.facts.drawing_facts import flat_along
+from facetlog.perception.facts.drawing_facts import find_flat_edges
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.visible_lines import visible_lines
@@ -35,7 +35,7 @@ def viewed(scene: Scene, views: int, *, distance: float = 2.6, height: float = 0
     )
 
 
-def true_labels(scene: Scene) -> dict[str, dict[str, str]]:
+def find_true_labels(scene: Scene) -> dict[str, dict[str, str]]:
     """Label each edge that a view shows, by the two faces that have it as a side.
 
     One that only one visible face has is occluding; two that both are seen are convex where each
@@ -47,7 +47,9 @@ def true_labels(scene: Scene) -> dict[str, dict[str, str]]:
         faces_of.setdefault(edge, []).append(face)
     found: dict[str, dict[str, str]] = {}
     for i, (camera, pose) in enumerate(zip(scene.cameras, scene.poses, strict=True), 1):
-        shown = visible_lines(memo.table, memo.edges, memo.bounds, flat_along(memo), camera, pose)
+        shown = visible_lines(
+            memo.table, memo.edges, memo.bounds, find_flat_edges(memo), camera, pose
+        )
         words = {}
         for edge in set(shown.edge.tolist()):
             seen = [

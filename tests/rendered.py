@@ -20,12 +20,12 @@ def tour(name: str, seed: int = 0) -> tuple[View, ...]:
     return views_of(make_world(name, seed), tour_poses(), tour_camera(), seed=seed)
 
 
-def solid_truth(world: World) -> SolidTruth:
+def get_solid_truth(world: World) -> SolidTruth:
     """The true shape of the world's first solid."""
     return world.truth.solids[0]
 
 
-def visible_faces(solid: SolidTruth, view: View) -> list[int]:
+def list_visible_faces(solid: SolidTruth, view: View) -> list[int]:
     """Which faces of a convex solid look towards the camera."""
     corners = np.array(solid.vertices)
     seen = []

@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 
 from facetlog import read_scene
 from facetlog.cli import app
-from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.flat_faces import compute_vector_area
 from facetlog.perception.scene import Face, Scene
 
 FIELD = Path(os.environ.get("FACETLOG_DATA") or "/nowhere") / "field"
@@ -99,7 +99,7 @@ def _top(path: Path) -> Face:
 def _area(scene: Scene, face: Face) -> float:
     loops = (face.outline, *face.holes)
     corners = ([scene.vertices[v].point for v in loop] for loop in loops)
-    return abs(sum(float(face.plane.normal @ vector_area(np.array(c))) for c in corners))
+    return abs(sum(float(face.plane.normal @ compute_vector_area(np.array(c))) for c in corners))
 
 
 @pytest.mark.parametrize("wanted", _expectations(), ids=lambda w: w["file"])

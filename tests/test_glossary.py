@@ -8,7 +8,7 @@ import pytest
 from facetlog.cli import main
 from facetlog.glossary import TOPICS, format_markdown, list_entries
 from facetlog.grammar.fault_codes import FAULT_KINDS
-from facetlog.grammar.library import builtin_names
+from facetlog.grammar.library import list_builtin_names
 from facetlog.grammar.vocabulary import VOCABULARY
 from facetlog.perception.facts.fact_schema import FACT_KINDS
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
@@ -70,7 +70,7 @@ def test_a_word_that_there_is_not_is_refused_with_the_nearest(capsys):
 def test_builtin_models_are_listed_and_shown(capsys):
     assert main(["model", "list", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
-    assert {row["name"] for row in rows} == builtin_names()
+    assert {row["name"] for row in rows} == list_builtin_names()
     assert all(row["text"] for row in rows)
     assert main(["model", "show", "table"]) == 0
     assert "\nmodel table\n" in capsys.readouterr().out

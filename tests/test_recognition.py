@@ -14,7 +14,7 @@ from facetlog.perception.reading.read_views import ViewSet, read_views
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import View
 from facetlog.pipeline import FrontEnd, Method, Recognised, recognize_views
-from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled
+from facetlog.robot.rendering.views import Similarity, draw_similarity, shuffled
 
 from .rendered import tour
 from .true_edges import EdgeMatch, match_edges, read_true_edges
@@ -28,7 +28,7 @@ SQUARE_DEG = 15.0
 CUBE_SIDE = 0.084  # metres
 FRAMES = {
     "as recorded": Similarity(np.eye(3), np.zeros(3)),
-    "turned and scaled": random_similarity(np.random.default_rng(7), scale=1000.0, reach=1e3),
+    "turned and scaled": draw_similarity(np.random.default_rng(7), scale=1000.0, reach=1e3),
 }
 
 

@@ -18,23 +18,31 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, data_set, settings_parser, text
+from benchmarks.common import (
+    Report,
+    Row,
+    Settings,
+    Table,
+    find_data_set,
+    make_settings_parser,
+    text,
+)
 from benchmarks.knowledge.calibration_scenes import (
     KINDS,
     LabelledScene,
-    shape_scenes,
-    tour_scene,
+    iter_shape_scenes,
+    load_tour_scene,
     truth,
 )
 from facetlog.kb.batch_judge import BatchJudge
-from facetlog.kb.calibration import SHIPPED, Calibration, InputKind, shipped_calibration
+from facetlog.kb.calibration import SHIPPED, Calibration, InputKind, load_shipped_calibration
 from facetlog.kb.calibration_fit import (
     Sample,
-    chosen_form,
-    expected_calibration_error,
+    build_reliability_table,
+    choose_form,
+    compute_calibration_error,
     fit,
     held_out,
-    reliability_table,
 )
 from facetlog.kb.engine.engine import house
 from facetlog.kb.explaining.proof import State
@@ -91,17 +99,17 @@ def _scenes(settings: Settings) -> Iterator[LabelledScene]:
     for seed in settings.seeds(SEEDS):
         for world in KINDS:
             print(f"  {world} {seed}    ", end="\r", file=sys.stderr, flush=True)
-            yield tour_scene(world, seed)
-    folder = data_set("shapes")
+            yield load_tour_scene(world, seed)
+    folder = find_data_set("shapes")
     if isinstance(folder, Path):
-        yield from shape_scenes(folder)
+        yield from iter_shape_scenes(folder)
 
 
 def report(settings: Settings, found: Judged) -> Report:
     """Return how far degrees and confidences are off."""
     samples, keys = found.samples, dict(found.judging_keys)
     said = held_out(samples, keys)
-    same = fit(samples, keys) == shipped_calibration()
+    same = fit(samples, keys) == load_shipped_calibration()
     every = range(len(samples))
     held = [i for i in every if samples[i].state is State.HOLDS]
     kinds = [kind for kind in InputKind if any(s.kind is kind for s in samples)]
@@ -175,7 +183,7 @@ def _form_rows(samples: Sequence[Sample]) -> tuple[Row, ...]:
         }
         for some in states
         if some
-        for form in [chosen_form(some)]
+        for form in [choose_form(some)]
     )
 
 
@@ -192,9 +200,9 @@ def _error_row(
         "of": name,
         "pairs": len(chosen),
         "true": sum(right),
-        "ECE raw": round(expected_calibration_error(before, right), 4),
-        "ECE calibrated": round(expected_calibration_error(after, right), 4),
-        "by chance": round(chance_error(after), 4),
+        "ECE raw": round(compute_calibration_error(before, right), 4),
+        "ECE calibrated": round(compute_calibration_error(after, right), 4),
+        "by chance": round(estimate_chance_error(after), 4),
         "Brier raw": round(_brier(before, right), 4),
         "Brier calibrated": round(_brier(after, right), 4),
     }
@@ -209,11 +217,11 @@ def _reliability_rows(said: Sequence[float], truths: Sequence[bool]) -> tuple[Ro
             "said": round(row.said, 4),
             "true": round(row.true, 4),
         }
-        for row in reliability_table(said, truths)
+        for row in build_reliability_table(said, truths)
     )
 
 
-def chance_error(said: Sequence[float]) -> float:
+def estimate_chance_error(said: Sequence[float]) -> float:
     """Return the expected calibration error that so few samples show of a forecast that is exactly
     right.
 
@@ -227,7 +235,7 @@ def chance_error(said: Sequence[float]) -> float:
 
 
 def _error(said: np.ndarray, truths: np.ndarray, bins: int = 10) -> float:
-    """Return `expected_calibration_error`, of arrays."""
+    """Return `compute_calibration_error`, of arrays."""
     number = np.minimum((said * bins).astype(int), bins - 1)
     off = np.bincount(number, weights=said - truths, minlength=bins)
     return float(np.abs(off).sum() / said.size)
@@ -269,8 +277,8 @@ def draw(path: Path, found: Judged) -> None:
             axes.plot((0, 100), (0, 100), color="0.7", lw=1, zorder=0)
             for name, every_said, colour in forecasts:
                 said = [every_said[i] for i in chosen]
-                rows = reliability_table(said, truths)
-                error = expected_calibration_error(said, truths)
+                rows = build_reliability_table(said, truths)
+                error = compute_calibration_error(said, truths)
                 at, true = [100 * r.said for r in rows], [100 * r.true for r in rows]
                 label = f"{name}: off by {error:.3f} in the mean"
                 axes.plot(at, true, "-", color=colour, lw=1, label=label)
@@ -286,7 +294,7 @@ def draw(path: Path, found: Judged) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the report, and with --fit keep the maps."""
-    parser = settings_parser(
+    parser = make_settings_parser(
         f"python -m benchmarks.knowledge.{NAME}", (__doc__ or "").split("\n\n")[0]
     )
     parser.add_argument("--fit", action="store_true", help=f"write kb/{SHIPPED}")

@@ -155,7 +155,7 @@ class LabelledScene:
         return InputKind.PICTURES
 
 
-def world_truth(world: str, model: str) -> bool | None:
+def get_world_truth(world: str, model: str) -> bool | None:
     """Return whether the main thing of the world is what the model describes; None where that is
     open.
     """
@@ -165,13 +165,13 @@ def world_truth(world: str, model: str) -> bool | None:
 def truth(scene: LabelledScene, model: str) -> bool | None:
     """Return the same of any labelled scene."""
     if scene.source.startswith(TOUR):
-        return world_truth(scene.label, model)
+        return get_world_truth(scene.label, model)
     if model in _OPEN_LABELS.get(scene.label, ()):
         return None
     return model in LABELS.get(scene.label, ())
 
 
-def tour_scene(name: str, seed: int) -> LabelledScene:
+def load_tour_scene(name: str, seed: int) -> LabelledScene:
     """Return the scene of the paper's tour through a world, rendered and reconstructed if it is
     new.
 
@@ -179,10 +179,10 @@ def tour_scene(name: str, seed: int) -> LabelledScene:
     """
     world = make_world(name, seed)
     facts, fault = _kept(f"{name}-{seed}-{_key(world, seed)}", lambda: _facts(world, seed))
-    return LabelledScene(name, f"{TOUR}{name}", facts, main_thing(facts), fault)
+    return LabelledScene(name, f"{TOUR}{name}", facts, find_main_thing(facts), fault)
 
 
-def shape_scenes(folder: Path) -> Iterator[LabelledScene]:
+def iter_shape_scenes(folder: Path) -> Iterator[LabelledScene]:
     """Yield the scenes of a folder's labelled shapes, as many as rules are developed on."""
     for label in read_labels(folder / "labels.csv").values():
         path = Path(label.file)
@@ -194,7 +194,7 @@ def shape_scenes(folder: Path) -> Iterator[LabelledScene]:
         total.update(repr((task.up, task.unit)).encode())
         key = f"{name.replace('/', '-')}-{total.hexdigest()[:16]}"
         facts, fault = _kept(key, partial(_shape_facts, task))
-        yield LabelledScene(label.label, name.split("/")[0], facts, main_thing(facts), fault)
+        yield LabelledScene(label.label, name.split("/")[0], facts, find_main_thing(facts), fault)
 
 
 def _shape_facts(task: Task) -> tuple[tuple[Fact, ...], str]:
@@ -221,7 +221,7 @@ def _kept(
     return tuple(map(tuple, kept["facts"])), kept["fault"]
 
 
-def main_thing(facts: Iterable[Fact]) -> str | None:
+def find_main_thing(facts: Iterable[Fact]) -> str | None:
     """Return the thing with the largest total area of faces; of several the first by name."""
     areas: dict[str, float] = {}
     things: defaultdict[str, float] = defaultdict(float)

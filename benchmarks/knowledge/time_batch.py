@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, compute_median_and_spread
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import fact_columns
 from facetlog.perception.scene import Scene
@@ -152,7 +152,9 @@ def measure(settings: Settings) -> Report:
         (
             Table(
                 "A scene, CPU ms",
-                tuple({"what": k, **median_and_spread(v, digits=1)} for k, v in parts.items()),
+                tuple(
+                    {"what": k, **compute_median_and_spread(v, digits=1)} for k, v in parts.items()
+                ),
             ),
             Table("Rates", ({"scenes a second and core": round(1e3 / float(np.mean(every)), 1)},)),
             Table("Workers of classify", workers),

@@ -25,7 +25,7 @@ import numpy as np
 
 from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.knowledge.time_batch import built
-from facetlog.batch.journal import journal_path
+from facetlog.batch.journal import get_journal_path
 from facetlog.batch.output import read_rows
 from facetlog.perception.surfaces.scene_file import write_scene
 
@@ -51,7 +51,7 @@ class Run:
     run_mb: dict[int, float] = field(default_factory=dict)
 
 
-def scene_list(folder: Path, count: int, first: int = 0) -> Path:
+def write_scene_list(folder: Path, count: int, first: int = 0) -> Path:
     """Return a file that lists so many scenes, which are written into the folder."""
     distinct = built(min(count, DISTINCT), first, least=LEAST_FACES, most=MOST_FACES)
     paths = []
@@ -75,7 +75,7 @@ def classified(
     """
     generator = np.random.default_rng(seed)
     due = sorted(generator.integers(1, max(2, count - 1), kills).tolist())
-    journal, run, start = journal_path(output), Run(), time.perf_counter()
+    journal, run, start = get_journal_path(output), Run(), time.perf_counter()
     process = _started(listed, output, workers)
     while process.poll() is None:
         time.sleep(LOOKED_SECONDS)
@@ -155,7 +155,7 @@ def measure(settings: Settings) -> Report:
     rows, memory = [], []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        listed = scene_list(folder, count, settings.first)
+        listed = write_scene_list(folder, count, settings.first)
         for workers, kills in ((1, 0), (2, KILLS)):
             output = folder / f"{workers}-{kills}.jsonl"
             run = classified(listed, output, workers, count, kills=kills, seed=settings.first)

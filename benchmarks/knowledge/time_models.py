@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, compute_median_and_spread
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import Edit, applied
 from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
@@ -43,7 +43,7 @@ _OWN = (
 )
 
 
-def model_library(count: int, seed: int, *, different: bool = False) -> str:
+def make_model_library(count: int, seed: int, *, different: bool = False) -> str:
     """Return the text of a file of so many models; `different` ones share no names but the
     vocabulary.
     """
@@ -72,7 +72,7 @@ def _own_names(path: Path, text: str) -> tuple[int, ...]:
     )
 
 
-def start_up(folder: Path) -> list[float]:
+def time_start_up(folder: Path) -> list[float]:
     """Return CPU seconds of `facetlog model check` on a file of one line, from its start to its
     end.
     """
@@ -88,9 +88,9 @@ def start_up(folder: Path) -> list[float]:
     return found
 
 
-def file_times(count: int, seed: int, folder: Path) -> float:
+def time_files(count: int, seed: int, folder: Path) -> float:
     """Return the seconds that it takes to check so many files of one model each."""
-    texts = model_library(count, seed).split("\nmodel ")
+    texts = make_model_library(count, seed).split("\nmodel ")
     paths = []
     for number, text in enumerate(texts):
         path = folder / f"m{number}.model"
@@ -117,7 +117,7 @@ def _checking_row(text: str, size: int, repeats: int) -> tuple[Row, float]:
         "models": size,
         "kB": round(len(text) / 1000),
         "s to parse": round(float(np.median(parsing)), 2),
-        **{f"s to parse and check: {k}": v for k, v in median_and_spread(checking).items()},
+        **{f"s to parse and check: {k}": v for k, v in compute_median_and_spread(checking).items()},
         "warnings": len(analysis.faults),
     }
     return row, float(np.median(checking))
@@ -126,18 +126,18 @@ def _checking_row(text: str, size: int, repeats: int) -> tuple[Row, float]:
 def measure(settings: Settings) -> Report:
     """Measure all sizes; the number of repeats is that of seeds asked for."""
     repeats = settings.number(REPEATS)
-    analyse(Path("first.model"), model_library(1, settings.first))
+    analyse(Path("first.model"), make_model_library(1, settings.first))
     rows: list[Row] = []
     checked: dict[int, float] = {}
     for size in SIZES:
-        row, checked[size] = _checking_row(model_library(size, settings.first), size, repeats)
+        row, checked[size] = _checking_row(make_model_library(size, settings.first), size, repeats)
         rows.append({"statements": "alike", **row})
     for size in DIFFERENT_SIZES:
-        text = model_library(size, settings.first, different=True)
+        text = make_model_library(size, settings.first, different=True)
         rows.append({"statements": "different", **_checking_row(text, size, repeats)[0]})
     with TemporaryDirectory() as folder:
-        apart = file_times(SIZES[-1], settings.first, Path(folder))
-        start = float(np.median(start_up(Path(folder))))
+        apart = time_files(SIZES[-1], settings.first, Path(folder))
+        start = float(np.median(time_start_up(Path(folder))))
     growth = np.polyfit(np.log(SIZES), np.log([checked[size] for size in SIZES]), 1)[0]
     notes = (
         f"Grows with the number of models to the power {growth:.2f}.",

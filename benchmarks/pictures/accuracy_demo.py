@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, compute_median_and_spread
 from benchmarks.pictures.recognition import Trial, summary, tour_views, tried
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.worlds import make_world
@@ -72,7 +72,7 @@ def _errors(front_end: FrontEnd, trials: Sequence[Trial]) -> Iterable[Row]:
             "front end": front_end.value,
             "error of": what,
             "count": len(values),
-            **median_and_spread(values, digits=4),
+            **compute_median_and_spread(values, digits=4),
         }
 
 

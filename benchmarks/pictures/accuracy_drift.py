@@ -12,10 +12,10 @@ import numpy as np
 
 from benchmarks.common import Report, Settings, Table
 from benchmarks.pictures.recognition import Run, counted, in_metres, recognised, tour_views
-from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+from facetlog.perception.estimation.pose_refinement.refine_poses import correct_poses
 from facetlog.perception.types import PoseErrors
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.rendering.views import pose_errors, with_drift
+from facetlog.robot.rendering.views import add_drift, pose_errors
 from facetlog.robot.rendering.worlds import make_world
 
 NAME = "accuracy_drift"
@@ -37,13 +37,13 @@ def measure(settings: Settings) -> Report:
             for seed in seeds:
                 true = in_metres(name, tour_views(make_world(name, seed), seed))
                 rng = np.random.default_rng([seed, 0, DRIFT_STREAM])
-                views, covs = with_drift(
+                views, covs = add_drift(
                     true.views, rng, turn_sd=float(np.radians(turn_deg)), way_sd=WAY_SD
                 )
                 given = replace(
                     true, views=views, pose_errors=PoseErrors(tuple(v.pose for v in views), covs)
                 )
-                for way, view_set in (("given", given), ("corrected", with_refined_poses(given))):
+                for way, view_set in (("given", given), ("corrected", correct_poses(given))):
                     errors[way].append(pose_errors(view_set.views, true.views))
                     runs[way].append(recognised(view_set, FrontEnd.LINES))
             row: dict[str, str | float] = {"world": name, "degrees a step": turn_deg}

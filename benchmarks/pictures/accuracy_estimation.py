@@ -46,7 +46,7 @@ MANY_SCENES = (
 )
 
 
-def many_rows(points: int) -> list[Row]:
+def measure_many_points(points: int) -> list[Row]:
     """Return one row a scene: `estimate_points` for many points at once."""
     rows: list[Row] = []
     for arc, views, wrong in MANY_SCENES:
@@ -94,6 +94,6 @@ def measure(settings: Settings) -> Report:
     points = POINTS_A_SEED * settings.number(SEEDS)
     return Report(
         NAME,
-        (Table("Many points at once", tuple(many_rows(points))),),
+        (Table("Many points at once", tuple(measure_many_points(points))),),
         {"points": points, "noise px": PIXEL_SD, "seed": SEED},
     )

@@ -15,7 +15,7 @@ from types import ModuleType
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, data_set, tree_hash
+from benchmarks.common import Cell, Report, Row, Settings, Table, find_data_set, hash_tree
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
@@ -27,7 +27,7 @@ PROGRAM = "evaluate_pictures.py"
 
 def measure(settings: Settings) -> Report:
     """Measure all sets, or the first so many of them."""
-    folder = data_set(SETS)
+    folder = find_data_set(SETS)
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)
     if util.find_spec("embreex") is None:
@@ -47,7 +47,7 @@ def measure(settings: Settings) -> Report:
     return Report(
         NAME,
         (Table("All sets", (_mean(results),)), Table("Each set", tuple(rows))),
-        {"sets": len(sets), "data": tree_hash(folder)},
+        {"sets": len(sets), "data": hash_tree(folder)},
     )
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, find_data_set, hash_tree
 from benchmarks.shapes.shape_judging import CLASSES, COUNTED_AS, PERHAPS_BOXES
 from facetlog.batch.labels import NONE, Truth
 from facetlog.kb.batch_judge import BatchJudge
@@ -75,7 +75,7 @@ class Answered:
 
 def measure(settings: Settings) -> Report:
     """Measure all sets, or the first so many of them."""
-    folder = data_set("pictures")
+    folder = find_data_set("pictures")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)
     sets = sorted(path for path in folder.iterdir() if (path / "ground_truth.json").exists())
@@ -89,7 +89,7 @@ def measure(settings: Settings) -> Report:
             Table("Four answers", tuple(_counts([("all", found), *halves, *kinds]))),
             Table("Each set", tuple(one.row() for one in found)),
         ),
-        {"sets": len(found), "data": tree_hash(folder)},
+        {"sets": len(found), "data": hash_tree(folder)},
         (
             "wrong: answered a class that it is not; else what is not right was answered none.",
             "The even half was looked at when things were joined and measured from the ground, "

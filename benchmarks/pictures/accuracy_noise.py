@@ -19,23 +19,23 @@ from benchmarks.pictures.recognition import (
     OPEN,
     SAME_FRAME,
     Trial,
-    in_steps,
+    get_true_block,
+    light_in_steps,
     recognised,
     score,
     summary,
     tour_views,
     tried,
-    true_block,
 )
 from facetlog.errors import InputError
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.types import Camera, Pose, View
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.recording import write_views
-from facetlog.robot.rendering.views import Similarity, random_similarity
+from facetlog.robot.rendering.views import Similarity, draw_similarity
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, BLOCK_SIZE, INCH, make_world
-from facetlog.robot.tour import ring_poses, tour_camera, tour_poses
+from facetlog.robot.tour import make_ring_poses, tour_camera, tour_poses
 
 NAME = "accuracy_noise"
 SEEDS = 5
@@ -86,13 +86,13 @@ def _ring(distance: float, height: float) -> MakeCase:
     """Return 24 views evenly round the block; inches from its middle, over the ground and
     upwards.
     """
-    return _poses(lambda: ring_poses(TARGET, distance, (height,), 24))
+    return _poses(lambda: make_ring_poses(TARGET, distance, (height,), 24))
 
 
 def _arc(degrees: float) -> MakeCase:
     """Return 24 views on an arc round the block, from as far away and as high up as the tour's."""
     around = round(24 * 360 / degrees)
-    return _poses(lambda: ring_poses(TARGET, 35.0, (28.5 - TARGET[2],), around)[:24])
+    return _poses(lambda: make_ring_poses(TARGET, 35.0, (28.5 - TARGET[2],), around)[:24])
 
 
 def _spread(count: int) -> MakeCase:
@@ -107,7 +107,7 @@ def _scaled(scale: float) -> MakeCase:
     def case(seed: int) -> Case:
         world = make_world("block", seed)
         rng = np.random.default_rng([seed, 0, CHANGE_STREAM])
-        return world, tour_views(world, seed), random_similarity(rng, scale=scale, reach=scale)
+        return world, tour_views(world, seed), draw_similarity(rng, scale=scale, reach=scale)
 
     return case
 
@@ -119,7 +119,7 @@ CASES: dict[str, MakeCase] = {
     "blur of 2 px": _pictures(blur_px=2.0),
     "half the light": _pictures(change=lambda w: replace(w, exposure=w.exposure / 2)),
     "pale floor": _pictures(change=_pale_floor),
-    "steps of 10 grey levels": _pictures(change=lambda w: in_steps(w, 10.0)),
+    "steps of 10 grey levels": _pictures(change=lambda w: light_in_steps(w, 10.0)),
     "pictures of 320 x 240": _pictures(camera=tour_camera().resized(320, 240)),
     "printed faces": _pictures("printed_block"),
     "clutter beside it": _pictures("clutter_block"),
@@ -181,7 +181,7 @@ def _faulty(name: str, seed: int, front_end: FrontEnd) -> tuple[Trial, bool]:
         write(Path(folder), views)
         view_set = read_views(folder)
     run = recognised(view_set, front_end)
-    inches = true_block(world)
+    inches = get_true_block(world)
     shape = replace(inches, vertices=INCH * inches.vertices)
     centres = np.array([v.pose.centre for v in view_set.views])
     found = None if run.scene is None else score(run.scene, shape, centres, unit=INCH)

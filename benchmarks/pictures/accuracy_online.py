@@ -20,17 +20,17 @@ from benchmarks.common import (
     Report,
     Settings,
     Table,
-    median_and_spread,
+    compute_median_and_spread,
 )
 from facetlog.perception.online.online_scene import OnlineScene
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import FloatArray, View
-from facetlog.pipeline import open_models, simulated_views
+from facetlog.pipeline import open_models, render_simulated_views
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import INCH, make_world
-from facetlog.robot.tour import ring_poses, tour_camera
+from facetlog.robot.tour import make_ring_poses, tour_camera
 from facetlog.stream import recognise_stream
 
 NAME = "accuracy_online"
@@ -80,7 +80,7 @@ def _errors(scene: Scene | None, true: FloatArray) -> _Errors:
 def _against_views(seeds: range) -> Iterator[dict[str, Cell]]:
     found: dict[int, list[tuple[_Errors, _Errors]]] = {k: [] for k in SHOWN}
     for seed in seeds:
-        views = simulated_views("block", seed, progress=None, clock=StepClock()).views
+        views = render_simulated_views("block", seed, progress=None, clock=StepClock()).views
         true = np.array(make_world("block", seed).truth.solids[0].vertices) * INCH
         online = OnlineScene(name="block", up=UP, metric=True)
         for count, view in enumerate(views, start=1):
@@ -111,7 +111,7 @@ def _verdicts(seeds: range) -> Iterator[dict[str, Cell]]:
     with open_models() as base:
         for world, model in WORLDS.items():
             for seed in seeds[: None if world == "block" else FURNITURE_SEEDS]:
-                given = simulated_views(world, seed, progress=None, clock=StepClock())
+                given = render_simulated_views(world, seed, progress=None, clock=StepClock())
                 stream = recognise_stream(
                     given.views, up=given.up, metric=True, base=base, polish=True
                 )
@@ -138,7 +138,7 @@ def _verdicts(seeds: range) -> Iterator[dict[str, Cell]]:
 def _ring() -> tuple[View, ...]:
     world = make_world("block", 0)
     middle = np.array(world.truth.solids[0].vertices).mean(axis=0)
-    poses = ring_poses(middle, RING_IN, (25.0,), RING_VIEWS)
+    poses = make_ring_poses(middle, RING_IN, (25.0,), RING_VIEWS)
     return views_of(world, poses, tour_camera(), seed=0)
 
 
@@ -174,7 +174,7 @@ def _times() -> tuple[Table, Table]:
 
 
 def _figures(values: list[float]) -> dict[str, Cell]:
-    return {f"ms a view, {k}": v for k, v in median_and_spread(values, digits=1).items()}
+    return {f"ms a view, {k}": v for k, v in compute_median_and_spread(values, digits=1).items()}
 
 
 def measure(settings: Settings) -> Report:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, data_set, tree_hash
+from benchmarks.common import Cell, Report, Row, Settings, Table, find_data_set, hash_tree
 from benchmarks.pictures.polygons import Polygon
 from benchmarks.pictures.recognition import (
     SAME_FRAME,
@@ -29,11 +29,11 @@ from benchmarks.pictures.recognition import (
     recognised,
     score,
 )
-from facetlog.perception.facts.relations import pairwise_angles
+from facetlog.perception.facts.relations import compute_pairwise_angles
 from facetlog.perception.reading.read_views import ViewSet, read_views
 from facetlog.perception.types import FloatArray
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.rendering.views import Similarity, random_similarity, with_pose_noise
+from facetlog.robot.rendering.views import Similarity, add_pose_noise, draw_similarity
 
 NAME = "accuracy_pictures"
 CUBE = "visp_cube"
@@ -91,7 +91,7 @@ def measure(settings: Settings) -> Report:
     faces: list[Row] = []
     folders: dict[str, Path] = {}
     for name in SETS:
-        there = data_set("images", name)
+        there = find_data_set("images", name)
         if isinstance(there, str):
             return Report(NAME, skipped=there)
         folders[name] = there
@@ -113,7 +113,7 @@ def measure(settings: Settings) -> Report:
         {
             "seeds": settings.number(SEEDS),
             "first seed": settings.first,
-            **{f"{name} sha256": tree_hash(folder) for name, folder in folders.items()},
+            **{f"{name} sha256": hash_tree(folder) for name, folder in folders.items()},
         },
         (
             "Of several runs: the worst of all, the median of the medians, the range of the rest.",
@@ -149,7 +149,7 @@ def _cases(
         return replace(view_set, views=tuple(views[i] for i in order)), SAME_FRAME
 
     def disturbed(seed: int) -> Variant:
-        noisy = with_pose_noise(
+        noisy = add_pose_noise(
             views,
             np.random.default_rng(seed),
             position_sd=0.0,
@@ -159,7 +159,7 @@ def _cases(
 
     def turned(seed: int) -> Variant:
         rng = np.random.default_rng(seed)
-        return view_set, random_similarity(rng, scale=SCALE, reach=SCALE)
+        return view_set, draw_similarity(rng, scale=SCALE, reach=SCALE)
 
     yield AS_IT_IS, [(view_set, SAME_FRAME)]
     if everything:
@@ -182,7 +182,7 @@ def _found(view_set: ViewSet, frame: Similarity, shape: Shape) -> Found:
     true = np.array([np.linalg.norm(vertices[a] - vertices[b]) for a, b in shape.edges])
     points = run.scene.points
     lengths = np.array([np.linalg.norm(points[e.start] - points[e.end]) for e in run.scene.edges])
-    angles, _ = pairwise_angles([face.plane for face in run.scene.faces])
+    angles, _ = compute_pairwise_angles([face.plane for face in run.scene.faces])
     degrees = np.degrees(angles[np.triu_indices(len(angles), 1)])
     return Found(
         run,

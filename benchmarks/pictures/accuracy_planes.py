@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common import Cell, Report, Settings, Table, median_and_spread
-from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, least_squares_plane
+from benchmarks.common import Cell, Report, Settings, Table, compute_median_and_spread
+from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, fit_least_squares_plane
 
 NAME = "accuracy_planes"
 SEEDS = 3
@@ -47,7 +47,7 @@ class Cloud(NamedTuple):
 Finder = Callable[[Cloud], Callable[[], NDArray[np.intp]]]
 
 
-def random_cloud(seed: int, noise: float) -> Cloud:
+def make_random_cloud(seed: int, noise: float) -> Cloud:
     """Return fifty rectangles at random, as many points on each."""
     rng = np.random.default_rng(seed)
     each = POINTS // PLANES
@@ -139,14 +139,14 @@ def score(cloud: Cloud, owner: NDArray[np.intp]) -> Score:
 
 
 def _angle(points: FloatArray, normal: FloatArray) -> float:
-    plane, _ = least_squares_plane(points)
+    plane, _ = fit_least_squares_plane(points)
     return float(np.arcsin(min(1.0, float(np.linalg.norm(np.cross(plane.normal, normal))))))
 
 
 def _rows(name: str, take: Finder, noise: float, seeds: Sequence[int]) -> Iterator[dict[str, Cell]]:
     seconds, recalls, ratios = [], [], []
     for seed in seeds:
-        cloud = random_cloud(seed, noise)
+        cloud = make_random_cloud(seed, noise)
         find = take(cloud)
         start = process_time()
         owner = find()
@@ -159,7 +159,7 @@ def _rows(name: str, take: Finder, noise: float, seeds: Sequence[int]) -> Iterat
         "method": name,
         "recall": float(np.mean(recalls)),
         "error / oracle's": round(float(np.median(ratios)), 3),
-        **{f"s {key}": value for key, value in median_and_spread(seconds).items()},
+        **{f"s {key}": value for key, value in compute_median_and_spread(seconds).items()},
     }
 
 

@@ -22,15 +22,15 @@ from benchmarks.pictures.recognition import (
     Score,
     Shape,
     counted,
+    get_true_block,
     in_metres,
     recognised,
     score,
     tour_views,
-    true_block,
 )
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.rendering.views import with_pose_noise
+from facetlog.robot.rendering.views import add_pose_noise
 from facetlog.robot.rendering.worlds import INCH, make_world
 
 NAME = "accuracy_poses"
@@ -54,12 +54,12 @@ def measure(settings: Settings) -> Report:
     for seed in seeds:
         world = make_world(WORLD, seed)
         true = in_metres(WORLD, tour_views(world, seed))
-        inches = true_block(world)
+        inches = get_true_block(world)
         shape = replace(inches, vertices=INCH * inches.vertices)
         for degrees, mm in ERRORS:
             rng = np.random.default_rng([seed, 0, POSE_STREAM])
             angle_sd, position_sd = float(np.radians(degrees)), mm / 1e3
-            views = with_pose_noise(true.views, rng, position_sd=position_sd, angle_sd=angle_sd)
+            views = add_pose_noise(true.views, rng, position_sd=position_sd, angle_sd=angle_sd)
             cov = np.diag([position_sd**2] * 3 + [angle_sd**2] * 3)
             covs = np.tile(cov, (len(views), 1, 1))
             stated = PoseErrors(tuple(v.pose for v in views), covs, PoseErrorKind.INDEPENDENT)
@@ -71,7 +71,7 @@ def measure(settings: Settings) -> Report:
                     centres = np.array([v.pose.centre for v in views])
                     scores[key].append(score(run.scene, shape, centres))
             rng = np.random.default_rng([seed, 0, PIXEL_STREAM])
-            found = peer_corners(true.views, views, shape, rng, position_sd, angle_sd)
+            found = solve_peer_corners(true.views, views, shape, rng, position_sd, angle_sd)
             peers[degrees, mm].append(_rms(found - shape.vertices))
     rows = tuple(_row(key, runs[key], scores[key], peers[key[:2]]) for key in runs)
     lenses = tuple(_lens_row(stated, radial, seeds) for stated, radial in LENSES)
@@ -117,7 +117,7 @@ def _lens_row(stated: float, radial: float, seeds: Sequence[int]) -> Row:
     for seed in seeds:
         world = make_world(WORLD, seed)
         true = in_metres(WORLD, tour_views(world, seed))
-        inches = true_block(world)
+        inches = get_true_block(world)
         shape = replace(inches, vertices=INCH * inches.vertices)
         views = tuple(replace(_bent(v, radial), camera=v.camera.zoomed(stated)) for v in true.views)
         run = recognised(replace(true, views=views), FrontEnd.LINES)
@@ -163,7 +163,7 @@ def _rms(errors: FloatArray) -> float:
     return float(np.sqrt((errors**2).sum(axis=-1).mean()))
 
 
-def peer_corners(
+def solve_peer_corners(
     true: Sequence[View],
     views: Sequence[View],
     shape: Shape,

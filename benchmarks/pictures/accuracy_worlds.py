@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.common import Cell, Report, Row, Settings, Table
-from benchmarks.knowledge.calibration_scenes import KINDS, world_truth
+from benchmarks.knowledge.calibration_scenes import KINDS, get_world_truth
 from benchmarks.pictures.polygons import Polygon
 from benchmarks.pictures.recognition import Run, counted, in_metres, recognised, tour_views
 from facetlog.perception.types import FloatArray, View
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.rendering.rays import first_hits, seen_by
+from facetlog.robot.rendering.rays import find_first_hits, seen_by
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, make_world
 
@@ -86,7 +86,7 @@ class Trial:
     @property
     def is_right(self) -> bool:
         """Whether something is said, and nothing that the thing is not."""
-        said = [world_truth(self.world, model) for model in self.run.models]
+        said = [get_world_truth(self.world, model) for model in self.run.models]
         return True in said and False not in said
 
     @property
@@ -94,9 +94,9 @@ class Trial:
         """Whether the name that stands first is one of the thing's, or, where that is open, a kind
         of it: a high shelf is a bookcase."""
         first = self.run.first
-        if first is None or world_truth(self.world, first) is False:
+        if first is None or get_world_truth(self.world, first) is False:
             return False
-        return any(world_truth(self.world, name) for name in (first, *self.run.kinds))
+        return any(get_world_truth(self.world, name) for name in (first, *self.run.kinds))
 
 
 def measure(settings: Settings) -> Report:
@@ -140,10 +140,10 @@ def _trial(name: str, seed: int) -> Trial:
     if run.scene is not None:
         points = run.scene.points / (INCH * world.model_scale)
         found = [points[list(face.outline)] for face in run.scene.faces]
-    return Trial(name, run, areas(true_surface(world, views), found), seconds)
+    return Trial(name, run, areas(sample_true_surface(world, views), found), seconds)
 
 
-def true_surface(world: World, views: Sequence[View]) -> Surface:
+def sample_true_surface(world: World, views: Sequence[View]) -> Surface:
     """Return what the views, in the world's unit, show of its things."""
     faces = tuple(Polygon(facet.corners) for facet in world.facets)
     of_face = [face.samples() for face in faces]
@@ -160,7 +160,7 @@ def true_surface(world: World, views: Sequence[View]) -> Surface:
         size = np.array([view.camera.width, view.camera.height]) - 1
         inside = np.flatnonzero(((uv > 0) & (uv < size)).all(axis=1))
         screen = seen_by(world, view.camera, view.pose)
-        hits = first_hits(world, view.camera, view.pose, screen, uv[inside].T)
+        hits = find_first_hits(world, view.camera, view.pose, screen, uv[inside].T)
         here = inside[hits.facet == owners[inside]]
         seen[here, k] = True
         # An area A whose normal is n covers fx fy A |n·(c - x)| / z³ of the picture.

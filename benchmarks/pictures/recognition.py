@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.common import Cell
 from facetlog.errors import FacetlogError
 from facetlog.kb.explaining.proof import State
-from facetlog.perception.facts.relations import angle_between
+from facetlog.perception.facts.relations import compute_angle_between
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
@@ -168,7 +168,7 @@ def score(scene: Scene, shape: Shape, centres: FloatArray, unit: float = 1.0) ->
         for b in matched:
             true = float(np.arccos(np.clip(shape.normal(a) @ shape.normal(b), -1.0, 1.0)))
             if a < b and LEAST_TURN < true < np.pi - LEAST_TURN:
-                angle, sd = angle_between(matched[a].plane, matched[b].plane)
+                angle, sd = compute_angle_between(matched[a].plane, matched[b].plane)
                 angle_errors.append(float(np.degrees(angle - true)))
                 angle_nees.append(((angle - true) / sd) ** 2)
     return Score(
@@ -222,7 +222,7 @@ def tour_views(
     )
 
 
-def in_steps(world: World, step_grey: float) -> World:
+def light_in_steps(world: World, step_grey: float) -> World:
     """Return the world in even light without shadows, on a plain floor without a horizon: each face
     is one grey, brighter than the floor by a number of steps, and by another than those that it
     meets.
@@ -275,7 +275,7 @@ def in_metres(name: str, views: Sequence[View], model_scale: float = 1.0) -> Vie
     )
 
 
-def true_block(world: World) -> Shape:
+def get_true_block(world: World) -> Shape:
     """Return the first solid of a world, in the world's own unit."""
     solid = world.truth.solids[0]
     return Shape(np.array(solid.vertices), solid.edges, solid.faces)
@@ -307,7 +307,7 @@ def tried(
     """
     view_set = in_frame(in_metres(name, views), frame)
     unit = frame.scale * INCH
-    shape = true_block(world)
+    shape = get_true_block(world)
     there = replace(shape, vertices=unit * shape.vertices @ frame.rotation.T + frame.shift)
     centres = np.array([v.pose.centre for v in view_set.views])
     trials = {}

@@ -16,7 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, median_and_spread
+from benchmarks.common import Cell, Report, Row, Settings, Table, compute_median_and_spread
 from facetlog.perception.step_clock import StepClock, StepTime
 from facetlog.pipeline import FrontEnd
 
@@ -77,21 +77,21 @@ def _render(folder: Path) -> None:
 
 def _timed_alone(folder: Path, front_end: FrontEnd) -> TimedRun:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-        return process.submit(timed_run, folder, front_end).result()
+        return process.submit(run_timed, folder, front_end).result()
 
 
-def timed_run(folder: Path, front_end: FrontEnd) -> TimedRun:
+def run_timed(folder: Path, front_end: FrontEnd) -> TimedRun:
     """Return a run in this process, which is held to one core from here on."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     import cv2
 
-    from facetlog.pipeline import Method, recognize_views, views_from
+    from facetlog.pipeline import Method, read_views_from, recognize_views
 
     cv2.setNumThreads(1)
     loading = process_time()  # all that this process has done so far
     clock = StepClock()
-    view_set = views_from(folder, unit=None, progress=None, clock=clock)
+    view_set = read_views_from(folder, unit=None, progress=None, clock=clock)
     found = recognize_views(view_set, method=Method(front_end), clock=clock)
     models = tuple(sorted(found.recognition.models))
     return TimedRun(loading, clock.times, models, _peak_memory_mb())
@@ -109,7 +109,9 @@ def _steps(runs: Sequence[TimedRun]) -> tuple[Row, ...]:
     times = {name: [r.steps[i].cpu for r in runs] for i, name in enumerate(names)}
     totals = [sum(step.cpu for step in r.steps) for r in runs]
     times = {"load program": [r.loading for r in runs], **times, "pictures to verdict": totals}
-    return tuple({"step": name, **median_and_spread(values)} for name, values in times.items())
+    return tuple(
+        {"step": name, **compute_median_and_spread(values)} for name, values in times.items()
+    )
 
 
 def _whole(front_end: FrontEnd, runs: Sequence[TimedRun]) -> dict[str, Cell]:
@@ -118,6 +120,6 @@ def _whole(front_end: FrontEnd, runs: Sequence[TimedRun]) -> dict[str, Cell]:
     return {
         "front end": front_end.value,
         "verdicts": ", ".join(sorted({" + ".join(r.models) or "nothing" for r in runs})),
-        **{f"wall s {key}": value for key, value in median_and_spread(walls).items()},
+        **{f"wall s {key}": value for key, value in compute_median_and_spread(walls).items()},
         "peak memory MB": round(max(peaks)) if peaks else None,
     }

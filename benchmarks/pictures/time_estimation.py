@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from benchmarks.common import Report, Row, Settings, Table, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, compute_median_and_spread
 from facetlog.perception.estimation.point_filter import (
     estimate_points,
     ray_measurement,
@@ -46,7 +46,7 @@ def scene(points: int, views: int, wrong: float) -> tuple[FloatArray, FloatArray
     return P, uv
 
 
-def by_filterpy(P: FloatArray, uv: FloatArray) -> None:
+def filter_by_filterpy(P: FloatArray, uv: FloatArray) -> None:
     """Run the paper's plain recursion by filterpy's class: no gate, no start, one pass."""
     noise = PIXEL_SD**2 * np.eye(2)
     for pixels in uv:
@@ -66,7 +66,7 @@ def at_once(P: FloatArray, uv: FloatArray) -> None:
 
 
 WORK: dict[str, Callable[[FloatArray, FloatArray], None]] = {
-    "filterpy, plain recursion": by_filterpy,
+    "filterpy, plain recursion": filter_by_filterpy,
     "estimate_points": at_once,
 }
 
@@ -102,7 +102,7 @@ def measure(settings: Settings) -> Report:
                     "wrong matches": f"{wrong:.0%}",
                     "what": name,
                     "points": len(points),
-                    **{f"µs {k}": v for k, v in median_and_spread(times, digits=2).items()},
+                    **{f"µs {k}": v for k, v in compute_median_and_spread(times, digits=2).items()},
                     "times filterpy": round(base / middle, 1),
                 }
             )

@@ -14,14 +14,14 @@ import cv2
 import numpy as np
 
 from benchmarks.common import Report, Row, Settings, Table
-from benchmarks.pictures.time_demo import TimedRun, timed_run
+from benchmarks.pictures.time_demo import TimedRun, run_timed
 from facetlog.perception.types import Pose, View
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.recording import write_views
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
-from facetlog.robot.tour import ring_poses, tour_camera, tour_poses
+from facetlog.robot.tour import make_ring_poses, tour_camera, tour_poses
 
 NAME = "time_large"
 VIEWS = 200
@@ -40,7 +40,7 @@ def measure(settings: Settings) -> Report:
         folder = Path(name)
         _write_large(folder, count)
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-            run = process.submit(timed_run, folder, FrontEnd.LINES).result()
+            run = process.submit(run_timed, folder, FrontEnd.LINES).result()
     return Report(
         NAME,
         (Table(f"{count} views of {SIZE[0]} x {SIZE[1]}", (_cost(run, count),)),),
@@ -54,7 +54,7 @@ def _ring(world: World, count: int) -> tuple[Pose, ...]:
     radius = float(np.linalg.norm(tour_poses()[0].centre - middle))
     heights = tuple(share * radius for share in HEIGHTS)
     rng = np.random.default_rng(SEED)
-    return ring_poses(middle, radius, heights, count, jitter=0.05, rng=rng)
+    return make_ring_poses(middle, radius, heights, count, jitter=0.05, rng=rng)
 
 
 def _write_large(folder: Path, count: int) -> None:

@@ -17,13 +17,13 @@ from functools import cache
 import numpy as np
 
 from benchmarks.common import Cell, Report, Settings, Table
-from benchmarks.knowledge.calibration_scenes import world_truth
+from benchmarks.knowledge.calibration_scenes import get_world_truth
 from benchmarks.processes import spread
 from benchmarks.robot.explored_world import KEEP_OUT, ExploredWorld
 from facetlog.errors import FacetlogError
 from facetlog.exploring.choice import beginning
 from facetlog.exploring.explorer import Explorer, Judge
-from facetlog.exploring.needs import Interest, needs_of
+from facetlog.exploring.needs import Interest, find_needs
 from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.min_views import FEWEST_VIEWS
@@ -58,12 +58,12 @@ class Trial:
     @property
     def is_right(self) -> bool:
         """Whether the name is one of the thing's."""
-        return bool(self.name) and world_truth(self.world, self.name) is True
+        return bool(self.name) and get_world_truth(self.world, self.name) is True
 
     @property
     def is_wrong(self) -> bool:
         """Whether it is one of other things."""
-        return bool(self.name) and world_truth(self.world, self.name) is False
+        return bool(self.name) and get_world_truth(self.world, self.name) is False
 
 
 def measure(settings: Settings) -> Report:
@@ -125,7 +125,7 @@ def trials_of(name: str, seed: int) -> list[Trial]:
     return [
         _trial(drive, "explore"),
         _trial(until, "until"),
-        _trial(random_views(name, seed, len(drive.views)), "random"),
+        _trial(take_random_views(name, seed, len(drive.views)), "random"),
         *(_trial(_ring(name, seed, count), f"ring {count}") for count in (8, 24)),
     ]
 
@@ -140,7 +140,7 @@ def explored(drive: ExploredWorld, goal: Goal | None = None) -> Finished:
     return found
 
 
-def random_views(name: str, seed: int, count: int) -> ExploredWorld:
+def take_random_views(name: str, seed: int, count: int) -> ExploredWorld:
     """Return so many views by chance, of which the first are those that exploring begins with."""
     drive, rng = ExploredWorld(name, seed), np.random.default_rng(seed)
     while len(drive.views) < count:
@@ -170,12 +170,12 @@ def _judge(drive: ExploredWorld) -> Judge:
         except FacetlogError as exc:
             return ViewVerdict(count, fault=str(exc))
         best = tuple(v.summary for v in found.recognition.best)
-        return ViewVerdict(count, best, needs=needs_of(found.scene, found.recognition, interest))
+        return ViewVerdict(count, best, needs=find_needs(found.scene, found.recognition, interest))
 
     return judge
 
 
-def lead_of(drive: ExploredWorld) -> str:
+def get_leading_name(drive: ExploredWorld) -> str:
     """Return the name that stands first of the thing at the target, by all views; empty if none
     does.
     """
@@ -188,7 +188,7 @@ def lead_of(drive: ExploredWorld) -> str:
 
 def _trial(drive: ExploredWorld, way: str) -> Trial:
     """Return what all views at once come to."""
-    count, name = len(drive.views), lead_of(drive)
+    count, name = len(drive.views), get_leading_name(drive)
     return Trial(drive.name, drive.seed, way, count, drive.robot.driven, drive.nearest, name)
 
 

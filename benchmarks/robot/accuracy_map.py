@@ -20,25 +20,25 @@ import shapely
 from scipy.stats import chi2
 
 from benchmarks.common import Cell, Report, Settings, Table
-from benchmarks.knowledge.calibration_scenes import world_truth
+from benchmarks.knowledge.calibration_scenes import get_world_truth
 from benchmarks.processes import spread
 from benchmarks.robot.rooms import Room, TrueThing, make_room
 from facetlog.mapping.floor_grid import Cell as FloorCell
-from facetlog.mapping.room_map import RoomMap, map_of
+from facetlog.mapping.room_map import RoomMap, build_room_map
 from facetlog.mapping.same_thing import MappedThing
 from facetlog.perception.types import Pose, View
 from facetlog.pipeline import open_models
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.plan import Reach, Stop, stop_for
-from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
-from facetlog.robot.collecting.route import Circle, Route, route_length, shortest_route
+from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, format_robot_tum
+from facetlog.robot.collecting.route import Circle, Route, find_shortest_route, measure_route
 from facetlog.robot.collecting.tour_file import TourView
 from facetlog.robot.head.sony_models import EVI_D30
 from facetlog.robot.mount.kinematics import camera_pose, stand_for
 from facetlog.robot.mount.mount import DEFAULT_MOUNT, PARAMETERS
 from facetlog.robot.pose2 import Pose2
-from facetlog.robot.rendering.views import views_of, with_drift
+from facetlog.robot.rendering.views import add_drift, views_of
 from facetlog.robot.rendering.worlds import INCH
 from facetlog.robot.tour import tour_camera
 
@@ -84,10 +84,10 @@ class Outcome:
     @property
     def within(self) -> int:
         """How many poses are right by the gate of 3 standard deviations."""
-        return within_gate(self.distances)
+        return count_within_gate(self.distances)
 
 
-def within_gate(distances: Sequence[float]) -> int:
+def count_within_gate(distances: Sequence[float]) -> int:
     """Return how many of these, of poses in standard deviations, are within the gate of 3."""
     return sum(d <= math.sqrt(float(chi2.ppf(GATE_SHARE, 3))) for d in distances)
 
@@ -153,7 +153,7 @@ class _Drive:
             Circle(*thing.box.values[:2].tolist(), thing.reach + RADIUS + CLEAR)
             for thing in room.things
         )
-        mount = DEFAULT_MOUNT.with_values(tuple(values.values()))
+        mount = DEFAULT_MOUNT.replace_values(tuple(values.values()))
         self._reach = Reach(mount, EVI_D30.limits, tour_camera(), closed)
         self.poses: list[Pose] = []
         self.routes: list[Route] = []
@@ -183,12 +183,12 @@ class _Drive:
     def _go(self, stop: Stop) -> None:
         there = stop.robot
         ends = (self._here.x, self._here.y), (there.x, there.y)
-        route = shortest_route(*ends, self._reach.closed)
+        route = find_shortest_route(*ends, self._reach.closed)
         assert route is not None
         way = shapely.LineString(route if len(route) > 1 else [*route, *route])
         for thing in self._room.things:
             self.nearest = min(self.nearest, shapely.distance(way, thing.plan) - RADIUS)
-        self.metres += route_length(route)
+        self.metres += measure_route(route)
         self.routes.append(route)
         self._here = there
         self.poses.append(camera_pose(there, self._reach.mount, stop.gaze))
@@ -202,7 +202,7 @@ class _Drive:
             for view, pose in zip(seen, self.poses, strict=True)
         ]
         rng = np.random.default_rng([seed, len(true)])
-        views, covs = with_drift(true, rng, turn_sd=TURN_SD, way_sd=WAY_SD)
+        views, covs = add_drift(true, rng, turn_sd=TURN_SD, way_sd=WAY_SD)
         about = {"tour": "room", "start": [0.0, 0.0, 0.0], "start_stated": True}
         record = Record(folder, Optics(tour_camera()), about)
         way = []
@@ -219,7 +219,7 @@ class _Drive:
                 (at - 1.0, Pose2(px + float(off[0]), py + float(off[1]), robot.heading))
                 for px, py in self.routes[number - 1]
             ]
-        (folder / WAY_FILE).write_text(robot_tum(way), encoding="utf-8")
+        (folder / WAY_FILE).write_text(format_robot_tum(way), encoding="utf-8")
 
 
 def outcome(seed: int) -> Outcome:
@@ -234,15 +234,15 @@ def outcome(seed: int) -> Outcome:
         folders = []
         for visit, (start, (numbers, count)) in enumerate(zip(starts, plans, strict=True)):
             drive = _Drive(room, start)
-            for number in _nearest_first(room, start, numbers):
+            for number in _order_nearest_first(room, start, numbers):
                 drive.round(number, count)
             folders.append(Path(kept) / f"visit{visit + 1}")
             drive.write(folders[-1], 2 * seed + visit)
             drives.append(drive)
-        return _outcome(seed, room, map_of(folders, base), drives)
+        return _outcome(seed, room, build_room_map(folders, base), drives)
 
 
-def _nearest_first(room: Room, start: Pose2, numbers: range) -> list[int]:
+def _order_nearest_first(room: Room, start: Pose2, numbers: range) -> list[int]:
     """Return the things in the order in which each is the nearest to the one before."""
     left, order = list(numbers), []
     here = np.array([start.x, start.y])
@@ -257,7 +257,7 @@ def _outcome(seed: int, room: Room, found: RoomMap, drives: Sequence[_Drive]) ->
     standing: list[list[MappedThing]] = [[] for _ in room.things]
     extra = 0
     for thing in found.things:
-        shared = [shared_plan(thing, true) for true in room.things]
+        shared = [compute_shared_plan(thing, true) for true in room.things]
         if max(shared) > 0.5:
             standing[int(np.argmax(shared))].append(thing)
         else:
@@ -265,9 +265,9 @@ def _outcome(seed: int, room: Room, found: RoomMap, drives: Sequence[_Drive]) ->
     distances, errors, named = [], [], 0
     for true, mapped in zip(room.things, standing, strict=True):
         if mapped:
-            named += world_truth(true.kind, mapped[0].model) is True
+            named += get_world_truth(true.kind, mapped[0].model) is True
         if len(mapped) == 1:
-            distance, off = off_truth(true, mapped[0])
+            distance, off = measure_pose_error(true, mapped[0])
             distances.append(distance)
             errors.append(off)
     plans = shapely.union_all([true.plan for true in room.things])
@@ -287,14 +287,14 @@ def _outcome(seed: int, room: Room, found: RoomMap, drives: Sequence[_Drive]) ->
     )
 
 
-def shared_plan(thing: MappedThing, true: TrueThing) -> float:
+def compute_shared_plan(thing: MappedThing, true: TrueThing) -> float:
     """Return which share of the lesser plan lies within the other."""
     plan = thing.best.plan.buffer(0.01)
     least = min(plan.area, true.plan.area)
     return float(shapely.intersection(plan, true.plan).area / least)
 
 
-def off_truth(true: TrueThing, mapped: MappedThing) -> tuple[float, tuple[float, float]]:
+def measure_pose_error(true: TrueThing, mapped: MappedThing) -> tuple[float, tuple[float, float]]:
     """Return the distance of a pose from the true one in standard deviations, and in m and
     radians.
     """

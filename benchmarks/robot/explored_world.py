@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from benchmarks.robot.robot_report import report_of
-from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+from benchmarks.robot.robot_report import make_motion_report
+from facetlog.perception.estimation.pose_refinement.refine_poses import correct_poses
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.types import FloatArray, Pose, PoseErrors, View
 from facetlog.robot.camera.checks import Quality
@@ -21,13 +21,13 @@ from facetlog.robot.collecting.next_stop import Around, place_sd
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import Candidate
-from facetlog.robot.collecting.route import Circle, Route, shortest_route
+from facetlog.robot.collecting.route import Circle, Route, find_shortest_route
 from facetlog.robot.collecting.session import pose_covariance_at
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.sony_models import EVI_D30
-from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, find_gaze
 from facetlog.robot.mount.mount import DEFAULT_MOUNT, LENGTHS, PARAMETERS, Mount
-from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.parameters import find_parameters
 from facetlog.robot.pioneer.state import Odometry
 from facetlog.robot.pose2 import Pose2, wrapped
 from facetlog.robot.rendering.views import views_of
@@ -36,9 +36,9 @@ from facetlog.robot.rendering.worlds import (
     BLOCK_CENTRE,
     INCH,
     WORLDS,
+    add_clutter,
     make_world,
-    with_clutter,
-    world_of,
+    place_in_world,
 )
 from facetlog.robot.simulator.body import STEP, Body, MotionErrors
 from facetlog.robot.tour import tour_camera
@@ -51,7 +51,7 @@ CLEARANCE, KEPT_FREE = 0.03, 0.05
 STARTS, AIM = (1.2, 2.0), 0.08
 # Reports of a robot come ten a second.
 STEPS_OF_REPORT = round(0.1 / STEP)
-ROBOT = parameters_of("p3dx")
+ROBOT = find_parameters("p3dx")
 
 
 class OdometryRobot:
@@ -120,7 +120,7 @@ class OdometryRobot:
 
     def _report(self) -> None:
         body = self._body
-        report = report_of(ROBOT, self._counted, body.speed, body.turning)
+        report = make_motion_report(ROBOT, self._counted, body.speed, body.turning)
         self._odometry.update(report, self._time)
 
 
@@ -132,7 +132,9 @@ class ExploredWorld:
     ) -> None:
         self.name, self.seed = name, seed
         self.world: World = (
-            world_of(name, with_clutter(WORLDS[name]), seed) if clutter else make_world(name, seed)
+            place_in_world(name, add_clutter(WORLDS[name]), seed)
+            if clutter
+            else make_world(name, seed)
         )
         self.scale = self.world.model_scale
         self._target = np.array([*(INCH * np.array(BLOCK_CENTRE)), AIM])
@@ -176,7 +178,7 @@ class ExploredWorld:
             value * scale if part in LENGTHS else value
             for part, value in zip(PARAMETERS, DEFAULT_MOUNT.values, strict=True)
         ]
-        reach = self._reach_of(DEFAULT_MOUNT.with_values(tuple(values)), 0.0)
+        reach = self._reach_of(DEFAULT_MOUNT.replace_values(tuple(values)), 0.0)
         (circle,) = self._reach.closed
         closed = Circle(scale * circle.x, scale * circle.y, scale * circle.radius)
         around = Around(
@@ -187,7 +189,7 @@ class ExploredWorld:
             Pace(speed=scale * Pace().speed),
             Pose2(scale * small.x, scale * small.y, small.heading),
         )
-        return around.kept_off(scale * margin)
+        return around.enlarge_keep_out(scale * margin)
 
     def take(self, candidate: Candidate) -> None:
         """Go there, look at the target and take the view."""
@@ -195,11 +197,11 @@ class ExploredWorld:
         end = wanted.x / self.scale, wanted.y / self.scale
         margin = place_sd(robot.covariance)
         closed = tuple(circle.grown(margin) for circle in self._reach.closed)
-        route = shortest_route((robot.here.x, robot.here.y), end, closed)
+        route = find_shortest_route((robot.here.x, robot.here.y), end, closed)
         if route is None:
             raise ValueError(f"{self.name}-{self.seed}: a view that was offered cannot be reached")
         robot.go(route, wanted.heading)
-        gaze = self._stepped(gaze_at(robot.here, DEFAULT_MOUNT, self._target))
+        gaze = self._stepped(find_gaze(robot.here, DEFAULT_MOUNT, self._target))
         true = camera_pose(robot.true, DEFAULT_MOUNT, gaze)
         in_inches = Pose(true.rotation, true.centre / INCH)
         # The noise of a view follows from its place among all.
@@ -236,7 +238,7 @@ class ExploredWorld:
             metric=True,
             pose_errors=PoseErrors(tuple(view.pose for view in views), covs),
         )
-        return with_refined_poses(plain)
+        return correct_poses(plain)
 
 
 def _taken(candidate: Candidate, pose: Pose, cov: FloatArray) -> Taken:

@@ -7,7 +7,7 @@ from facetlog.robot.pose2 import Pose2, wrapped
 MOTORS_ON = 1
 
 
-def report_of(
+def make_motion_report(
     kind: Parameters,
     counted: Pose2,
     speed: float,

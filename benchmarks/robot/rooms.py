@@ -18,7 +18,7 @@ from facetlog.robot.rendering.world import Solid, World
 from facetlog.robot.rendering.worlds import INCH, make_world
 
 FEWEST, MOST = 4, 8
-# The world of which each kind is in `world_truth`, and the name of its solids in VARIED.
+# The world of which each kind is in `get_world_truth`, and the name of its solids in VARIED.
 KINDS = {"block": "boxes", "table": "tables", "chair": "chairs", "stool": "stool", "desk": "desk"}
 # From the outlines of things to one another, m: a robot of half a metre passes, and turns.
 APART = 1.6
@@ -30,7 +30,7 @@ STREAM = 7
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TrueThing:
-    """A thing of a room: its kind (a name of `world_truth`), solid (inches) and plan."""
+    """A thing of a room: its kind (a name of `get_world_truth`), solid (inches) and plan."""
 
     kind: str
     solid: Solid

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, find_data_set, hash_tree
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -53,7 +53,7 @@ class Trial:
             "should hold": self.wanted,
             "state": self.verdict.state.value,
             "degree": round(self.verdict.degree, 2),
-            "fails or is open by": decided_by(self.verdict),
+            "fails or is open by": find_deciding_conditions(self.verdict),
         }
 
 
@@ -68,11 +68,11 @@ def _trial(base: KnowledgeBase, shape: Path) -> Trial:
     prefix, wanted, _ = shape.stem.partition("+")
     if not wanted:
         prefix = shape.stem.partition("-")[0]
-    best = best_verdict(base, MODELS[prefix], read_shape(shape, OPTIONS))
+    best = find_best_verdict(base, MODELS[prefix], read_shape(shape, OPTIONS))
     return Trial(shape.stem, bool(wanted), best)
 
 
-def best_verdict(base: KnowledgeBase, model: str, scene: Scene) -> Verdict:
+def find_best_verdict(base: KnowledgeBase, model: str, scene: Scene) -> Verdict:
     """Return what a model says of the thing of a scene that it fits best; ValueError if there is
     none.
     """
@@ -88,9 +88,9 @@ def best_verdict(base: KnowledgeBase, model: str, scene: Scene) -> Verdict:
     return max(every, key=lambda verdict: (-STATES.index(verdict.state), verdict.degree))
 
 
-def decided_by(verdict: Verdict) -> str | None:
+def find_deciding_conditions(verdict: Verdict) -> str | None:
     """Return the labels of the conditions that fail, then of the open ones; None if all hold."""
-    labels = [c.label for state in STATES[:0:-1] for c in verdict.conditions_that(state)]
+    labels = [c.label for state in STATES[:0:-1] for c in verdict.list_conditions_in_state(state)]
     return ", ".join(labels) or None
 
 
@@ -107,7 +107,7 @@ def _counts(found: Sequence[Trial]) -> Row:
 
 def measure(_settings: Settings) -> Report:
     """Return all trials; without the third-party data the benchmark is skipped."""
-    folder = data_set("newcomer")
+    folder = find_data_set("newcomer")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)
     found = tried(folder)
@@ -117,6 +117,6 @@ def measure(_settings: Settings) -> Report:
             Table("Texts that a newcomer wrote", (_counts(found),)),
             Table("Each text and shape", tuple(trial.row() for trial in found)),
         ),
-        {"texts and shapes": tree_hash(folder)},
+        {"texts and shapes": hash_tree(folder)},
         ("Wanted: 12 of 13 hold that should, 1 of 20 that should not.",),
     )

@@ -11,8 +11,8 @@ false of a table on a pedestal.
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
-from benchmarks.shapes.accuracy_shapes import file_tasks
+from benchmarks.common import Report, Row, Settings, Table, find_data_set, hash_tree
+from benchmarks.shapes.accuracy_shapes import list_file_tasks
 from benchmarks.shapes.shape_judging import (
     CLASSES,
     COUNTED_AS,
@@ -20,7 +20,7 @@ from benchmarks.shapes.shape_judging import (
     Task,
     confusion,
     is_held_out,
-    judged_by_each,
+    judge_by_each,
 )
 from facetlog.batch.confusion import Proportion
 
@@ -80,11 +80,11 @@ def _missed(text: str, found: Sequence[Judged]) -> list[Row]:
 
 def measure(_settings: Settings) -> Report:
     """Return both tables; without the third-party data the benchmark is skipped."""
-    folder = data_set("shapes")
+    folder = find_data_set("shapes")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)
     texts = [(FOLDER / f"{text}.model",) for text in TEXTS]
-    every = judged_by_each(file_tasks(folder)["meshes"], texts)
+    every = judge_by_each(list_file_tasks(folder)["meshes"], texts)
     figures: list[Row] = []
     missed: list[Row] = []
     for text, found in zip(TEXTS, zip(*every, strict=True), strict=True):
@@ -100,6 +100,6 @@ def measure(_settings: Settings) -> Report:
             Table("Recall, whichever text holds beside it, and four answers", tuple(figures)),
             Table("Development half: not held by their own text", tuple(missed)),
         ),
-        {"shapes": tree_hash(folder), "texts": tree_hash(FOLDER)},
+        {"shapes": hash_tree(folder), "texts": hash_tree(FOLDER)},
         ("Wanted: recall 0.88 by three to six conditions, accuracy 0.93 by up to twelve.",),
     )

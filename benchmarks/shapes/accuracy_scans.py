@@ -14,16 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, find_data_set, hash_tree
 from benchmarks.processes import spread
-from benchmarks.shapes.accuracy_shapes import file_tasks
+from benchmarks.shapes.accuracy_shapes import list_file_tasks
 from benchmarks.shapes.shape_judging import LISTED_APART, PERHAPS_BOXES, Task, is_held_out
-from benchmarks.shapes.single_view import LONGEST_M, beyond_a_box, single_view
+from benchmarks.shapes.single_view import LONGEST_M, measure_beyond_box, single_view
 from facetlog.batch.confusion import Proportion
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.perception.types import FloatArray
 
@@ -61,7 +61,7 @@ def _said(seen: _Seen) -> _Said:
     up = np.array(UP_AXES[task.up or "z"], dtype=np.float64)
     try:
         mesh = read_mesh(Path(task.file or ""))
-        return _Said(_state(seen, mesh, up), beyond_a_box(mesh, up, seen.seed))
+        return _Said(_state(seen, mesh, up), measure_beyond_box(mesh, up, seen.seed))
     except Exception as exc:  # whatever it is, it costs no other shape
         return _Said(f"{type(exc).__name__}: {exc}", 1.0)
 
@@ -71,7 +71,7 @@ def _state(seen: _Seen, mesh: Mesh, up: FloatArray) -> str:
     if not _judges:
         _judges.append(BatchJudge())
     cloud = single_view(mesh, up, seen.seed, name=task.name, place=seen.place)
-    facts = fact_rows(scene_of_cloud(cloud, up=up, metric=True))
+    facts = fact_rows(make_cloud_scene(cloud, up=up, metric=True))
     main = max(facts["thing_size"], key=_extent, default=("",))[0]
     verdicts = _judges[0].judge(facts)
     said = [str(v.state) for v in verdicts if v.model == BOX and v.thing == main]
@@ -111,10 +111,10 @@ def _kinds(seen: _Seen, said: _Said) -> tuple[str, ...]:
 
 def measure(settings: Settings) -> Report:
     """Measure all tables; without the third-party data the benchmark is skipped."""
-    folder = data_set("shapes")
+    folder = find_data_set("shapes")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)
-    tasks = [task for task in file_tasks(folder)["meshes"] if task.label not in NOT_COUNTED]
+    tasks = [task for task in list_file_tasks(folder)["meshes"] if task.label not in NOT_COUNTED]
     views = [
         _Seen(task, place, settings.first + nth)
         for nth, task in enumerate(tasks)
@@ -140,7 +140,7 @@ def measure(settings: Settings) -> Report:
     return Report(
         NAME,
         (Table("What box says", tuple(rows)), *([Table("Wrong", wrong)] if wrong else [])),
-        {"shapes": tree_hash(folder), "views": len(views), "longest side, m": LONGEST_M},
+        {"shapes": hash_tree(folder), "views": len(views), "longest side, m": LONGEST_M},
         (
             "Wanted: at most .03 of other things held as boxes.",
             f"That show it: more than {LEAST_SHOWN:.0%} of what is seen lies behind the sides and "

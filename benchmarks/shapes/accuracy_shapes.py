@@ -14,11 +14,11 @@ from benchmarks.common import (
     Row,
     Settings,
     Table,
-    data_set,
-    median_and_spread,
-    tree_hash,
+    compute_median_and_spread,
+    find_data_set,
+    hash_tree,
 )
-from benchmarks.shapes.own_shapes import OWN_SHAPES, own_shape
+from benchmarks.shapes.own_shapes import OWN_SHAPES, make_own_shape
 from benchmarks.shapes.shape_judging import (
     NOISE_SHARE,
     SAMPLES,
@@ -26,7 +26,7 @@ from benchmarks.shapes.shape_judging import (
     Task,
     confusion,
     is_held_out,
-    judged_all,
+    judge_all,
 )
 from facetlog.batch.confusion import Confusion, Proportion
 from facetlog.batch.labels import read_labels
@@ -41,7 +41,7 @@ SETS = (
 SCANS = ("box", "cylindric_object")
 
 
-def file_tasks(folder: Path) -> dict[str, list[Task]]:
+def list_file_tasks(folder: Path) -> dict[str, list[Task]]:
     """Return the folder's upright meshes, the same as noisy clouds, and its scans of single
     things.
     """
@@ -58,10 +58,11 @@ def file_tasks(folder: Path) -> dict[str, list[Task]]:
     return tasks
 
 
-def own_tasks(seeds: Iterable[int]) -> list[Task]:
+def list_own_tasks(seeds: Iterable[int]) -> list[Task]:
     """Return our own shapes of these seeds, in no unit."""
     return [
-        Task(f"{seed} {own_shape(seed).name}", own_shape(seed).label, seed=seed) for seed in seeds
+        Task(f"{seed} {make_own_shape(seed).name}", make_own_shape(seed).label, seed=seed)
+        for seed in seeds
     ]
 
 
@@ -154,18 +155,19 @@ def _seconds(found: Sequence[tuple[str, Sequence[Judged]]]) -> Table:
     return Table(
         "Seconds a shape, from file to answer",
         tuple(
-            {"of": name, **median_and_spread(one.seconds for one in some)} for name, some in found
+            {"of": name, **compute_median_and_spread(one.seconds for one in some)}
+            for name, some in found
         ),
     )
 
 
 def measure(settings: Settings) -> Report:
     """Measure all tables; without the third-party data the benchmark is skipped."""
-    folder = data_set("shapes")
+    folder = find_data_set("shapes")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)
-    tasks = file_tasks(folder) | {"own": own_tasks(settings.seeds(OWN_SHAPES))}
-    every = judged_all([task for some in tasks.values() for task in some])
+    tasks = list_file_tasks(folder) | {"own": list_own_tasks(settings.seeds(OWN_SHAPES))}
+    every = judge_all([task for some in tasks.values() for task in some])
     found: dict[str, list[Judged]] = {name: [] for name in tasks}
     at = iter(every)
     for name, some in tasks.items():
@@ -179,7 +181,7 @@ def measure(settings: Settings) -> Report:
         NAME,
         tuple(tables),
         {
-            "shapes": tree_hash(folder),
+            "shapes": hash_tree(folder),
             "points of a cloud": SAMPLES,
             "noise, of the diagonal": NOISE_SHARE,
             "own shapes": len(tasks["own"]),

@@ -13,8 +13,13 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
-from benchmarks.shapes.accuracy_newcomer import OPTIONS, STATES, best_verdict, decided_by
+from benchmarks.common import Report, Row, Settings, Table, find_data_set, hash_tree
+from benchmarks.shapes.accuracy_newcomer import (
+    OPTIONS,
+    STATES,
+    find_best_verdict,
+    find_deciding_conditions,
+)
 from benchmarks.shapes.three_things import THINGS, by_hand, from_mesh, from_scan, on_a_tour
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -48,9 +53,13 @@ INPUTS: Mapping[str, tuple[int, Callable[[str, int], Scene]]] = {
 
 def _row(base: KnowledgeBase, name: str, kind: str, settings: Settings) -> Row:
     number, scene_of = INPUTS[kind]
-    verdicts = [best_verdict(base, name, scene_of(name, seed)) for seed in settings.seeds(number)]
+    verdicts = [
+        find_best_verdict(base, name, scene_of(name, seed)) for seed in settings.seeds(number)
+    ]
     states = Counter(verdict.state for verdict in verdicts)
-    others = Counter(by for verdict in verdicts if (by := decided_by(verdict)) is not None)
+    others = Counter(
+        by for verdict in verdicts if (by := find_deciding_conditions(verdict)) is not None
+    )
     return {
         "text": name,
         "of": kind,
@@ -63,19 +72,19 @@ def _row(base: KnowledgeBase, name: str, kind: str, settings: Settings) -> Row:
 def _of_newcomer(base: KnowledgeBase, shapes: Path) -> Iterator[Row]:
     for name, prefix in NEWCOMER.items():
         for shape in sorted(shapes.glob(f"{prefix}[+-]*.ply")):
-            verdict = best_verdict(base, name, read_shape(shape, OPTIONS))
+            verdict = find_best_verdict(base, name, read_shape(shape, OPTIONS))
             yield {
                 "text": name,
                 "shape": shape.stem,
                 "should hold": shape.stem.startswith(f"{prefix}+"),
                 "holds": verdict.state is State.HOLDS,
-                "fails or is open by": decided_by(verdict),
+                "fails or is open by": find_deciding_conditions(verdict),
             }
 
 
 def measure(settings: Settings) -> Report:
     """A row each text and kind of input, and one each of a newcomer's shapes."""
-    folder = data_set("newcomer")
+    folder = find_data_set("newcomer")
     with open_knowledge_base([TEXTS], trusted=True, raw=True) as base:
         rows = tuple(_row(base, name, kind, settings) for name in THINGS for kind in INPUTS)
         tables = [Table("Each text and input", rows)]
@@ -83,4 +92,4 @@ def measure(settings: Settings) -> Report:
             shapes = tuple(_of_newcomer(base, folder / "shapes"))
             tables.append(Table("The texts of a newcomer's shapes", shapes))
     notes = (folder,) if isinstance(folder, str) else ()
-    return Report(NAME, tuple(tables), {"texts": tree_hash(TEXTS)}, notes)
+    return Report(NAME, tuple(tables), {"texts": hash_tree(TEXTS)}, notes)

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 import trimesh
 
-from benchmarks.shapes.own_solids import block, extruded, joined, moved, rounded_block, tapered
+from benchmarks.shapes.own_solids import block, extruded, joined, make_rounded_block, moved, tapered
 from facetlog.perception.types import FloatArray
 
 LEAST_SIDE = 0.12
@@ -52,7 +52,7 @@ def _beam(rng: np.random.Generator) -> trimesh.Trimesh:
 
 def _rounded(rng: np.random.Generator) -> trimesh.Trimesh:
     size = _size(rng, 0.4)
-    return rounded_block(size, rng.uniform(0.02, 0.05) * size.min())
+    return make_rounded_block(size, rng.uniform(0.02, 0.05) * size.min())
 
 
 def _chamfered(rng: np.random.Generator) -> trimesh.Trimesh:

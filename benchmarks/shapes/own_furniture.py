@@ -11,7 +11,7 @@ import shapely
 import trimesh
 
 from benchmarks.shapes.own_boxes import LEAST_SIDE
-from benchmarks.shapes.own_solids import bar, block, extruded, hull, joined, moved, ring_points
+from benchmarks.shapes.own_solids import bar, block, extruded, hull, joined, make_ring_points, moved
 
 Mesh = trimesh.Trimesh
 Maker = Callable[[np.random.Generator], Mesh]
@@ -55,7 +55,7 @@ def _pedestal(rng: np.random.Generator) -> Mesh:
 
 def _round_table(rng: np.random.Generator) -> Mesh:
     radius, z = rng.uniform(0.35, 0.7), rng.uniform(0.4, 0.78)
-    feet = ring_points(0.8 * radius, int(rng.integers(3, 5)), 0.0)
+    feet = make_ring_points(0.8 * radius, int(rng.integers(3, 5)), 0.0)
     legs = [bar(foot, [*foot[:2], z - 0.03], 0.025) for foot in feet]
     return joined(bar([0, 0, z - 0.03], [0, 0, z], radius, sections=48), *legs)
 
@@ -182,7 +182,7 @@ def _sphere(rng: np.random.Generator) -> Mesh:
 
 def _prism(rng: np.random.Generator) -> Mesh:
     sides = int(rng.choice([3, 5, 6, 8]))
-    plan = shapely.Polygon(ring_points(0.5, sides, 0.0)[:, :2])
+    plan = shapely.Polygon(make_ring_points(0.5, sides, 0.0)[:, :2])
     return extruded(plan, 0.0, rng.uniform(0.4, 1.2))
 
 
@@ -192,7 +192,7 @@ def _wedge(rng: np.random.Generator) -> Mesh:
 
 
 def _pyramid(rng: np.random.Generator) -> Mesh:
-    base = ring_points(0.5, 4, 0.0)
+    base = make_ring_points(0.5, 4, 0.0)
     return hull([*base, [0.0, 0.0, rng.uniform(0.5, 1.0)]])
 
 
@@ -288,7 +288,7 @@ def _sofa(rng: np.random.Generator) -> Mesh:
 
 def _stool(rng: np.random.Generator) -> Mesh:
     radius, z = rng.uniform(0.15, 0.2), rng.uniform(0.42, 0.7)
-    feet = ring_points(0.8 * radius, int(rng.integers(3, 5)), 0.0)
+    feet = make_ring_points(0.8 * radius, int(rng.integers(3, 5)), 0.0)
     legs = [bar(foot, [*foot[:2], z - 0.03], 0.015) for foot in feet]
     return moved(joined(bar([0, 0, z - 0.03], [0, 0, z], radius, sections=32), *legs), [1.0, 0, 0])
 

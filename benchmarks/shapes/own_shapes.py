@@ -37,7 +37,7 @@ class OwnShape:
     up: FloatArray
 
 
-def own_shape(seed: int) -> OwnShape:
+def make_own_shape(seed: int) -> OwnShape:
     """Return the shape of a seed, the same on every machine."""
     name, label, maker = KINDS[seed % len(KINDS)]
     generator = np.random.default_rng(seed)

@@ -71,13 +71,13 @@ def _ccw(polygon: shapely.Polygon) -> shapely.Polygon:
     return shapely.geometry.polygon.orient(polygon)
 
 
-def ring_points(radius: float, count: int, height: float, *, phase: float = 0.0) -> FloatArray:
+def make_ring_points(radius: float, count: int, height: float, *, phase: float = 0.0) -> FloatArray:
     """Return points (count, 3) evenly round a level circle."""
     turn = phase + 2.0 * np.pi * np.arange(count) / count
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(count, height)])
 
 
-def rounded_block(size: ArrayLike, radius: float) -> trimesh.Trimesh:
+def make_rounded_block(size: ArrayLike, radius: float) -> trimesh.Trimesh:
     """Return a cuboid of that size with its low corner at 0, its edges rounded off."""
     extent = np.asarray(size, dtype=np.float64)
     ball = trimesh.creation.icosphere(BALL_SUBDIVISIONS, radius).vertices

@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 
 from benchmarks.processes import WORKERS
-from benchmarks.shapes.own_shapes import own_shape
+from benchmarks.shapes.own_shapes import make_own_shape
 from facetlog.batch.confusion import Confusion, answer
 from facetlog.batch.labels import NONE, Label, Truth
 from facetlog.batch.rows import Row
@@ -23,8 +23,8 @@ from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.shapes.shape_options import UP_AXES
 
@@ -91,7 +91,7 @@ def is_held_out(name: str) -> bool:
     return hashlib.md5(name.encode(), usedforsecurity=False).digest()[-1] % 2 == 1
 
 
-def noisy_cloud(mesh: Mesh, name: str) -> Cloud:
+def sample_noisy_cloud(mesh: Mesh, name: str) -> Cloud:
     """Return 20,000 points at random on a mesh's surface, each off by 0.5 % of the diagonal in any
     way.
     """
@@ -110,7 +110,7 @@ def scene_of(task: Task) -> Scene:
     if task.file is not None and not task.sampled:
         return read_shape(Path(task.file), ShapeOptions(up=up, unit=task.unit))
     if task.seed is not None:
-        own = own_shape(task.seed)
+        own = make_own_shape(task.seed)
         mesh, up = Mesh.of(own.vertices, own.triangles, name=task.name), own.up
     else:
         mesh = read_mesh(Path(task.file or ""))
@@ -118,11 +118,11 @@ def scene_of(task: Task) -> Scene:
     if unit is not None:
         mesh = replace(mesh, vertices=mesh.vertices * unit)
     if task.sampled:
-        return scene_of_cloud(noisy_cloud(mesh, task.name), up=up, metric=unit is not None)
-    return scene_of_mesh(mesh, up=up, metric=unit is not None)
+        return make_cloud_scene(sample_noisy_cloud(mesh, task.name), up=up, metric=unit is not None)
+    return make_mesh_scene(mesh, up=up, metric=unit is not None)
 
 
-def judged_by(task: Task, judges: Sequence[BatchJudge]) -> tuple[Judged, ...]:
+def judge_task(task: Task, judges: Sequence[BatchJudge]) -> tuple[Judged, ...]:
     """Return a shape judged by the models of each judge; what cannot be read is answered
     `error`.
     """
@@ -159,10 +159,10 @@ def _open_judges(texts: Sequence[Sequence[Path]]) -> None:
 
 
 def _judged_here(task: Task) -> tuple[Judged, ...]:
-    return judged_by(task, _judges)
+    return judge_task(task, _judges)
 
 
-def judged_by_each(
+def judge_by_each(
     tasks: Sequence[Task], texts: Sequence[Sequence[Path]], workers: int = WORKERS
 ) -> tuple[tuple[Judged, ...], ...]:
     """Return all shapes judged by each of several texts, files of models that take the built-in
@@ -174,9 +174,9 @@ def judged_by_each(
         return tuple(pool.imap(_judged_here, tasks, chunksize=1))
 
 
-def judged_all(tasks: Sequence[Task], workers: int = WORKERS) -> tuple[Judged, ...]:
+def judge_all(tasks: Sequence[Task], workers: int = WORKERS) -> tuple[Judged, ...]:
     """Return all shapes judged by the built-in models, in their order."""
-    return tuple(found for (found,) in judged_by_each(tasks, ((),), workers))
+    return tuple(found for (found,) in judge_by_each(tasks, ((),), workers))
 
 
 def confusion(found: Iterable[Judged]) -> Confusion:

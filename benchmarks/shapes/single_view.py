@@ -44,7 +44,7 @@ def single_view(mesh: Mesh, up: FloatArray, seed: int, *, name: str, place: bool
     return Cloud.of(found, name=name, seen_from=seen_from)
 
 
-def beyond_a_box(mesh: Mesh, up: FloatArray, seed: int) -> float:
+def measure_beyond_box(mesh: Mesh, up: FloatArray, seed: int) -> float:
     """Return the share of what that view shows of the thing that lies behind the sides and the top
     of the least upright box round it, by more than the sensor's noise; the floor's edge not
     counted.

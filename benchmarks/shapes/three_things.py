@@ -15,14 +15,14 @@ from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering import solids
 from facetlog.robot.rendering.varied import shrunk
 from facetlog.robot.rendering.world import World
-from facetlog.robot.rendering.worlds import INCH, world_of
-from facetlog.robot.tour import looking_at, tour_camera
+from facetlog.robot.rendering.worlds import INCH, place_in_world
+from facetlog.robot.tour import make_pose_looking_at, tour_camera
 
 __all__ = ["THINGS", "by_hand", "from_mesh", "from_scan", "on_a_tour"]
 
@@ -63,7 +63,7 @@ THINGS: Mapping[str, tuple[Corners, ...]] = MappingProxyType(
 
 def from_mesh(name: str) -> Scene:
     """The scene of the thing's mesh, its boards laid together."""
-    return scene_of_mesh(_mesh(name), up=UP, metric=True)
+    return make_mesh_scene(_mesh(name), up=UP, metric=True)
 
 
 def from_scan(name: str, seed: int, places: int) -> Scene:
@@ -76,7 +76,7 @@ def from_scan(name: str, seed: int, places: int) -> Scene:
         name=f"{name}-{seed}",
         seen_from=np.concatenate([view.seen_from for view in views if view.seen_from is not None]),
     )
-    return scene_of_cloud(cloud, up=UP, metric=True)
+    return make_cloud_scene(cloud, up=UP, metric=True)
 
 
 def on_a_tour(name: str, seed: int) -> ViewSet:
@@ -98,7 +98,7 @@ def by_hand(name: str, seed: int) -> ViewSet:
         level = np.cos(rise)
         towards = np.array([level * np.cos(turn), level * np.sin(turn), np.sin(rise)])
         shaken = middle + SHAKEN * away * rng.uniform(-1, 1, (2, 3))
-        poses.append(looking_at(shaken[0] + away * towards, shaken[1]))
+        poses.append(make_pose_looking_at(shaken[0] + away * towards, shaken[1]))
     views = tour_views(world, seed, poses=poses, noise_sd=PHONE_NOISE)
     return in_metres(f"{name}-{seed}", views, world.model_scale)
 
@@ -108,7 +108,7 @@ def _world(name: str, seed: int) -> World:
     corners[..., :2] -= corners[..., :2].max(axis=(0, 1)) / 2.0
     parts = (solids.slab(low, high - low) for low, high in corners)
     solid, model_scale = shrunk(solids.joined(name, parts), np.random.default_rng(seed))
-    return world_of(name, lambda _: ((solid,), model_scale), seed)
+    return place_in_world(name, lambda _: ((solid,), model_scale), seed)
 
 
 def _round(points: FloatArray) -> tuple[FloatArray, float]:

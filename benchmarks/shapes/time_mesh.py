@@ -16,7 +16,7 @@ import trimesh
 
 from benchmarks.common import Report, Row, Settings, Table
 from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 
 NAME = "time_mesh"
 REPEATS = 3
@@ -27,7 +27,7 @@ TOP_M, LEG_M, HEIGHT_M = (1.2, 0.8, 0.04), 0.06, 0.74
 INSET_M, OVERLAP_M = 0.05, 0.02
 
 
-def table_mesh(cuts: int) -> Any:
+def make_table_mesh(cuts: int) -> Any:
     """Return a table of five boxes whose legs reach into the top, as a mesh, in metres."""
     length, width, thickness = TOP_M
     under = HEIGHT_M - thickness
@@ -59,7 +59,7 @@ def measure(settings: Settings) -> Report:
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         for cuts in CUTS:
-            mesh = table_mesh(cuts)
+            mesh = make_table_mesh(cuts)
             for suffix in SUFFIXES:
                 path = Path(folder, f"table{suffix}")
                 mesh.export(path)
@@ -73,7 +73,7 @@ def _row(path: Path, repeats: int) -> Row:
     # facets are kept with a mesh once they were found, so each time counts one load
     both, facets = _seconds(lambda: len(trimesh.load_mesh(path).facets), repeats)
     reading, mesh = _seconds(lambda: read_mesh(path), repeats)
-    making, scene = _seconds(lambda: scene_of_mesh(mesh), repeats)
+    making, scene = _seconds(lambda: make_mesh_scene(mesh), repeats)
     del loaded
     return {
         "trimesh loads": round(loading, 3),

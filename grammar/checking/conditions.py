@@ -11,11 +11,11 @@ from facetlog.grammar.checking.measures import (
     MeasureChecker,
     Names,
     Type,
-    unit_hint,
+    suggest_units,
 )
 from facetlog.grammar.constants import constant
-from facetlog.grammar.faults import missing_unit, respelling, said, swap
-from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, part_kind
+from facetlog.grammar.faults import make_respelling, said, suggest_unit, swap
+from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, get_part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kinds
 
@@ -87,7 +87,7 @@ class ConditionChecker(MeasureChecker):
                 self._check_there(node, names)
         return CONDITION
 
-    def whole_numbers(self, count: s.Count) -> None:
+    def check_count(self, count: s.Count) -> None:
         """Report a count that is no whole number, or upside down."""
         for number in (count.low, count.high):
             if number is not None and not number.text.isdigit():
@@ -139,9 +139,9 @@ class ConditionChecker(MeasureChecker):
             value = constant(node, self.scope.lets)
             if value is not None and value.value == 0 and not value.percent:
                 return
-        fixes = missing_unit(node, left, beside) if right is Dimension.NUMBER else ()
+        fixes = suggest_unit(node, left, beside) if right is Dimension.NUMBER else ()
         message = f"{left} is compared with {right}"
-        self.fault("dimension", message, node, unit_hint(left, right), fixes)
+        self.fault("dimension", message, node, suggest_units(left, right), fixes)
 
     def _check_property(self, node: s.Property, names: Names) -> None:
         name = node.name.text
@@ -190,7 +190,7 @@ class ConditionChecker(MeasureChecker):
                         f"there is no set `{node.name}`",
                         node.name,
                         said(node.name.text, sets) or "write `each face x: ...`",
-                        respelling(node.name, sets),
+                        make_respelling(node.name, sets),
                     )
                 else:
                     self.fault(
@@ -246,10 +246,10 @@ class ConditionChecker(MeasureChecker):
 
     def _check_there(self, node: s.There, names: Names) -> None:
         if node.count is not None:
-            self.whole_numbers(node.count)
+            self.check_count(node.count)
         if not self._check_unshadowed((node.name,), names):
             return
-        named = part_kind(node.kind.text, self.scope.roles) if node.of else None
+        named = get_part_kind(node.kind.text, self.scope.roles) if node.of else None
         kinds = named[0] if named is not None else self._find_element_kinds(node.kind)
         if kinds is None:
             return
@@ -265,13 +265,13 @@ class ConditionChecker(MeasureChecker):
 
     def _find_element_kinds(self, kind: s.Name) -> Kinds | None:
         """Return the kinds that `each` and `there` range over; report an unknown one."""
-        found = self.scope.element_kinds(kind.text)
+        found = self.scope.get_element_kinds(kind.text)
         if found is None:
             self.fault(
                 "unknown-kind",
                 f"`{kind}` is no kind of part",
                 kind,
                 said(kind.text, ELEMENTS),
-                respelling(kind, ELEMENTS),
+                make_respelling(kind, ELEMENTS),
             )
         return found

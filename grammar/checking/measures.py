@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.constants import combined_dimension, constant, quantity
-from facetlog.grammar.faults import Fault, Fix, missing_unit, respelling, said
+from facetlog.grammar.constants import combine_dimensions, constant, quantity
+from facetlog.grammar.faults import Fault, Fix, make_respelling, said, suggest_unit
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
-from facetlog.grammar.spoken import SPOKEN_WORDS, of_other_kind
+from facetlog.grammar.spoken import SPOKEN_WORDS, find_word_of_other_kind
 from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.units import UNITS, Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kind, Kinds, Word
@@ -51,7 +51,7 @@ EVERY = frozenset(Kind)
 """Kinds of a definition's parameter whose kind nothing determines."""
 
 
-def unit_hint(left: Dimension, right: Dimension) -> str:
+def suggest_units(left: Dimension, right: Dimension) -> str:
     if Dimension.NUMBER not in (left, right):
         return ""
     other = left if right is Dimension.NUMBER else right
@@ -100,7 +100,7 @@ class MeasureChecker(ABC):
     def _check_quantity(self, node: s.Quantity) -> Dimension | None:
         if node.unit is not None and node.unit.text not in UNITS:
             hint = said(node.unit.text, UNITS) or f"units are {', '.join(UNITS)}"
-            fixes = respelling(node.unit, UNITS)
+            fixes = make_respelling(node.unit, UNITS)
             self.fault("unknown-unit", f"`{node.unit}` is no unit", node.unit, hint, fixes)
             return None
         found = quantity(node)
@@ -154,7 +154,7 @@ class MeasureChecker(ABC):
             f"nothing here is called `{name}`",
             name,
             said(name.text, known) or unit or SPOKEN_WORDS.get(name.text, ""),
-            respelling(name, known),
+            make_respelling(name, known),
         )
 
     def _check_member(self, node: s.Member, names: Names) -> Type | None:
@@ -177,7 +177,7 @@ class MeasureChecker(ABC):
         if node.part.text not in roles:
             hint = said(node.part.text, roles) or f"it has {', '.join(roles) or 'none'}"
             message = f"`{owner.model}` has no part `{node.part}`"
-            self.fault("member", message, node.part, hint, respelling(node.part, roles))
+            self.fault("member", message, node.part, hint, make_respelling(node.part, roles))
             return None
         return Element(roles[node.part.text])
 
@@ -199,7 +199,7 @@ class MeasureChecker(ABC):
         if name.text in SPOKEN_WORDS:
             self.fault("unknown-word", message, name, SPOKEN_WORDS[name.text])
         else:
-            hint, fixes = said(name.text, known), respelling(name, known)
+            hint, fixes = said(name.text, known), make_respelling(name, known)
             self.fault("unknown-word", message, name, hint, fixes)
 
     def _check_applied(
@@ -253,7 +253,7 @@ class MeasureChecker(ABC):
         wanted = DIMENSIONS[word.number_last]  # type: ignore[index]
         found = self.measure(argument, names)
         if found is not None and found is not wanted:
-            fixes = missing_unit(argument, wanted, ()) if found is Dimension.NUMBER else ()
+            fixes = suggest_unit(argument, wanted, ()) if found is Dimension.NUMBER else ()
             message = f"this is {found}, `{word.name}` wants {wanted}"
             self.fault("dimension", message, argument, fixes=fixes)
 
@@ -264,7 +264,7 @@ class MeasureChecker(ABC):
         if not isinstance(found, Element):
             self.fault("kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument)
         elif not found.kinds & wanted:
-            hint = of_other_kind(word.name, str(found)) or f"`{word.signature}`"
+            hint = find_word_of_other_kind(word.name, str(found)) or f"`{word.signature}`"
             self.fault(
                 "kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument, hint
             )
@@ -329,7 +329,7 @@ class MeasureChecker(ABC):
         own = self.scope.defines[name.text].file.source
         if inner.faults:
             fault = inner.faults[0]
-            line = own.line_and_column(fault.span.start)[0]
+            line = own.get_line_and_column(fault.span.start)[0]
             if own is not self.source or (fault.span, fault.code) not in {
                 (f.span, f.code) for f in self.faults
             }:
@@ -343,12 +343,12 @@ class MeasureChecker(ABC):
         left, right = self.measure(node.left, names), self.measure(node.right, names)
         if left is None or right is None:
             return None
-        found = combined_dimension(node.sign, left, right)
+        found = combine_dimensions(node.sign, left, right)
         if found is None:
             said_of = {"+": "added to", "-": "taken from", "*": "multiplied by", "/": "divided by"}
             first, second = (right, left) if node.sign == "-" else (left, right)
             message = f"{first} cannot be {said_of[node.sign]} {second}"
-            self.fault("dimension", message, node, unit_hint(left, right))
+            self.fault("dimension", message, node, suggest_units(left, right))
         return found
 
     def _check_share(self, node: s.Share, names: Names) -> Type | None:

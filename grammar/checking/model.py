@@ -9,11 +9,19 @@ from facetlog.grammar.checking.conditions import ConditionChecker
 from facetlog.grammar.checking.measures import EVERY
 from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
-from facetlog.grammar.faults import Fault, respelling, said
-from facetlog.grammar.library import builtin_names
+from facetlog.grammar.faults import Fault, make_respelling, said
+from facetlog.grammar.library import list_builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.resolve import Owned, find_reachable
-from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, names_in, part_kind
+from facetlog.grammar.scope import (
+    THIS,
+    Local,
+    PartSymbol,
+    Scope,
+    SetSymbol,
+    get_part_kind,
+    names_in,
+)
 from facetlog.grammar.traversal import Node, children
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import OPENING, THING
@@ -35,7 +43,7 @@ class Extents:
     defines: Mapping[str, Owned[s.Define]]
     known: dict[str, tuple[int, int]] = field(default_factory=dict)
 
-    def too_much(self, node: s.Expression) -> str:
+    def find_oversize(self, node: s.Expression) -> str:
         """Say what is too much about an expression; empty if nothing is."""
         size, depth = self.of(node, ())
         if size > LARGEST:
@@ -247,17 +255,17 @@ class _ModelChecker(ConditionChecker):
                 self.fault("cycle", message, where, "find one of them without the other")
 
     def _check_part(self, part: s.Part) -> None:
-        kind = part_kind(part.kind.text, self.scope.roles)
+        kind = get_part_kind(part.kind.text, self.scope.roles)
         if kind is None:
             known = {"face", "edge", "vertex", "element", *PIECE_WORDS, *self.scope.roles}
-            known |= builtin_names()
+            known |= list_builtin_names()
             self.fault(
                 "unknown-kind",
                 f"`{part.kind}` is no kind of part",
                 part.kind,
                 said(part.kind.text, known)
                 or "a face, an edge, a vertex, an element, a piece, or a model that this file uses",
-                respelling(part.kind, known),
+                make_respelling(part.kind, known),
             )
             return
         if kind[1]:
@@ -289,7 +297,7 @@ class _ModelChecker(ConditionChecker):
                 "leave out `separate`",
             )
         if part.count is not None:
-            self.whole_numbers(part.count)
+            self.check_count(part.count)
         if part.where is not None and not self._check_extent(part.where, part.kind):
             name = part.names[0].text
             self.condition(part.where, {name: Local(name, *kind)})
@@ -333,7 +341,7 @@ class _ModelChecker(ConditionChecker):
 
     def _check_extent(self, node: s.Expression, where: Node) -> bool:
         """Report a condition that is too large or too deep; nothing else is then said of it."""
-        why = self.extents.too_much(node)
+        why = self.extents.find_oversize(node)
         if why:
             self.fault("too-large", "this is too much for one condition", where, why)
         return bool(why)
@@ -359,7 +367,7 @@ class _ModelChecker(ConditionChecker):
                     f"there is no line `{label}`",
                     label,
                     said(label.text, labels),
-                    respelling(label, labels),
+                    make_respelling(label, labels),
                 )
         if isinstance(example.scene, s.SceneBuilt):
             for setting in example.scene.settings:

@@ -15,7 +15,13 @@ from itertools import combinations, pairwise
 from facetlog.grammar import syntax as s
 from facetlog.grammar.compiling.symmetry import interchangeable
 from facetlog.grammar.compiling.tests import Writer, WriterOf
-from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal, state_only
+from facetlog.grammar.compiling.writer import (
+    NOTHING,
+    UNSEEN,
+    join_goals,
+    state_only,
+    write_elements_goal,
+)
 from facetlog.grammar.scope import THIS, PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
 from facetlog.grammar.traversal import Node, walk
@@ -158,7 +164,9 @@ class _Join:
         return any(a in g and b in g for g in self.groups)
 
 
-def candidate_clauses(scope: Scope, writer_of: WriterOf, place: str, says: str) -> list[Clause]:
+def write_candidate_clauses(
+    scope: Scope, writer_of: WriterOf, place: str, says: str
+) -> list[Clause]:
     """Return the clauses of candidate/3 and of what it calls, for a model."""
     model = Atom(scope.model.name)
     join = _Join(scope, requirements(scope), interchangeable(scope))
@@ -196,7 +204,7 @@ def _test(need: Requirement, writer: Writer) -> Term:
 
 
 def _wrap_possible(tests: list[Term]) -> list[Term]:
-    return [Struct("possible", (all_of(tests),))] if tests else []
+    return [Struct("possible", (join_goals(tests),))] if tests else []
 
 
 def _order_parts(join: _Join) -> list[PartSymbol]:
@@ -261,7 +269,7 @@ def _place_part(
         goals.append(Struct("shared_edge", (writer.names[first], variable, ANYTHING)))
     else:
         others = []
-        goals.append(elements_goal(part.kinds, variable))
+        goals.append(write_elements_goal(part.kinds, variable))
     for other in there:
         if other in ordered and join.before(other.name, part.name):
             goals.append(Struct("@<", (writer.names[other.name], variable)))
@@ -301,7 +309,7 @@ def _write_object(
     variable = writer.names[part.name]
     goals: list[Term]
     if there:
-        goals = [elements_goal(THING, variable)]
+        goals = [write_elements_goal(THING, variable)]
         goals += [Struct("\\==", (variable, writer.names[p.name])) for p in there]
     else:
         goals = [Struct("=", (variable, Var("Thing")))]
@@ -312,7 +320,7 @@ def _write_object(
 def _write_optional(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term:
     """Return a part that may be absent: whatever may be it, and nothing."""
     variable = writer.names[part.name]
-    goals: list[Term] = [elements_goal(part.kinds, variable)]
+    goals: list[Term] = [write_elements_goal(part.kinds, variable)]
     goals += [
         Struct("\\==", (variable, writer.names[p.name])) for p in there if p.kinds & part.kinds
     ]
@@ -413,7 +421,7 @@ def _write_as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
     for part in (part for part in required if part.kinds == FACE):
         there.add(part.name)
         tests = _find_identifying(join, part, there, writer)
-        test = all_of(tests) if tests else NOTHING
+        test = join_goals(tests) if tests else NOTHING
         steps.append(Struct("step", (writer.names[part.name], tried[part.name], test)))
     searches: list[Term] = []
     for kind, largest in _LARGEST.items():
@@ -459,7 +467,7 @@ class _Choices:
         free = self._all
         if tests:
             free = writer.names.fresh(f"{variable.name}_fitting")
-            lies = Struct("->;", (_WHOLE, Atom("true"), Struct("possible", (all_of(tests),))))
+            lies = Struct("->;", (_WHOLE, Atom("true"), Struct("possible", (join_goals(tests),))))
             fitting = Struct(",", (Struct("member", (variable, self._all)), lies))
             self.goals.append(Struct("findall", (variable, fitting, free)))
         self.goals.append(Struct("piece_choice", (free, count, tuple(self._taken), variable)))

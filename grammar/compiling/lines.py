@@ -10,10 +10,10 @@ from facetlog.grammar.compiling.writer import (
     NOTHING,
     UNSEEN,
     SetShape,
-    all_of,
     conjunction,
-    elements_goal,
+    join_goals,
     state_only,
+    write_elements_goal,
 )
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope
@@ -27,7 +27,9 @@ WEIGHTS = {"weakly": 0.10, "": 0.25, "strongly": 0.50}
 _BLANK = re.compile(r"\s+")
 
 
-def line_clauses(scope: Scope, shapes: Mapping[str, SetShape], writer_of: WriterOf) -> list[Clause]:
+def write_line_clauses(
+    scope: Scope, shapes: Mapping[str, SetShape], writer_of: WriterOf
+) -> list[Clause]:
     """Return the clauses of sets, conditions, groups, sizes, and of the text that they were made
     from.
     """
@@ -133,7 +135,7 @@ def _write_demanded(
     if part.count is not None:
         if part.optional:
             return NOTHING
-        return writer.number_of(shapes[name], part.count.least, part.count.most)
+        return writer.write_count_test(shapes[name], part.count.least, part.count.most)
     symbol = scope.symbols[name]
     assert isinstance(symbol, PartSymbol)  # noqa: S101  it has no count
     tests: list[Term] = []
@@ -146,7 +148,7 @@ def _write_demanded(
     where = scope.where(symbol)
     if where is not None:
         tests.append(writer.test(where))
-    return all_of(tests)
+    return join_goals(tests)
 
 
 def _compile_set(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator[Clause]:
@@ -193,7 +195,7 @@ def _write_finding(scope: Scope, shape: SetShape, writer: Writer, member: Var) -
         goals: list[Term] = [Struct("shared_edge", (writer.names[neighbour], member, ANYTHING))]
         others = tuple(o for o in others if o != writer.names[neighbour])
     else:
-        goals = [elements_goal(shape.symbol.kinds, member)]
+        goals = [write_elements_goal(shape.symbol.kinds, member)]
     if others:
         goals.append(Struct("\\+", (Struct("memberchk", (member, others)),)))
     return goals

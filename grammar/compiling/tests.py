@@ -15,19 +15,19 @@ from facetlog.grammar.compiling.writer import (
     Bound,
     MeasureWriter,
     SetShape,
-    all_of,
     amount,
-    amount_test,
     conjunction,
-    elements_goal,
     is_number,
+    join_goals,
     scaled,
-    some_test,
     state_only,
-    word_term,
+    write_amount_test,
+    write_elements_goal,
+    write_some_test,
+    write_word,
 )
 from facetlog.grammar.constants import constant
-from facetlog.grammar.fading import ABOUT, soft_share
+from facetlog.grammar.fading import ABOUT, get_soft_share
 from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.traversal import walk
@@ -42,7 +42,7 @@ class Writer(MeasureWriter):
         """Return the test that a condition is."""
         match node:
             case s.And(conditions):
-                return all_of([self.test(c) for c in conditions])
+                return join_goals([self.test(c) for c in conditions])
             case s.Or(conditions):
                 return Struct("any", (tuple(self.test(c) for c in conditions),))
             case s.Not(condition):
@@ -75,12 +75,12 @@ class Writer(MeasureWriter):
             value = constant(last, self.scope.lets)
             bound = tuple(map(self.argument, first))
             given = amount(value) if value is not None else self.measure(last)
-            said = word_term(name, bound)
+            said = write_word(name, bound)
             return Struct(said.functor, (*said.args, given))
         bound = tuple(map(self.argument, arguments))
         if word.many:
             return Struct(name, (tuple(b.term for b in bound),))
-        return word_term(name, bound)
+        return write_word(name, bound)
 
     def _write_comparison(self, node: s.Comparison) -> Term:
         counted = self._write_counted(node)
@@ -114,7 +114,7 @@ class Writer(MeasureWriter):
                 scaled(share, _drop_sign(limit)) if share is not None else self.measure(node.fading)
             )
             return Struct("fading", (test, width))
-        share = soft_share(node, self.scope)
+        share = get_soft_share(node, self.scope)
         return Struct("soft", (test, share)) if share and limit != 0 else test
 
     def _write_near(self, measure: Term, target: Term, share: float) -> Struct:
@@ -157,21 +157,23 @@ class Writer(MeasureWriter):
                 low, high = low - width, high + width
             case s.Comparator.ABOUT:
                 low, high = low * (1 - 2 * ABOUT), high * (1 + 2 * ABOUT)
-        return self.number_of(shape, low, high)
+        return self.write_count_test(shape, low, high)
 
-    def number_of(self, shape: SetShape, low: float, high: float) -> Term:
+    def write_count_test(self, shape: SetShape, low: float, high: float) -> Term:
         """Return the test that a set has so many members."""
         groups, kinds = self._write_groups(shape), shape.symbol.kinds
-        return amount_test(shape.pattern(self.names), groups, shape.test(self), low, high, kinds)
+        return write_amount_test(
+            shape.pattern(self.names), groups, shape.test(self), low, high, kinds
+        )
 
     def has_openings(self, least: int) -> Term:
         """Return the test that the thing has so many openings, whichever they are."""
         one = self.names.fresh("opening")
-        goal = elements_goal(OPENING, one)
+        goal = write_elements_goal(OPENING, one)
         groups = self.once(
             "openings", "Openings", lambda var: [Struct("findall", ((one,), goal, var))]
         )
-        return amount_test(one, groups, NOTHING, least, math.inf, OPENING)
+        return write_amount_test(one, groups, NOTHING, least, math.inf, OPENING)
 
     def _write_groups(self, shape: SetShape) -> Var:
         members = self.members(shape)
@@ -205,7 +207,7 @@ class Writer(MeasureWriter):
         return Struct("each", (variable, others, body))
 
     def _introduce_element(self, kind: s.Name, name: s.Name) -> tuple[Var, Kinds, "Writer"]:
-        kinds = self.scope.element_kinds(kind.text)
+        kinds = self.scope.get_element_kinds(kind.text)
         assert kinds is not None  # noqa: S101  the checker has seen to it
         variable, inner = self._introduce_local(name.text, kinds)
         return variable, kinds, inner
@@ -220,7 +222,7 @@ class Writer(MeasureWriter):
         """Return the elements that are no singular part, and what must be so of each of them."""
         test = None if where is None else inner.test(where)
         one = variable
-        goals: list[Term] = [elements_goal(kinds, one)]
+        goals: list[Term] = [write_elements_goal(kinds, one)]
         if self.scope.singular and not self.scope.of_things:
             goals.append(Struct("\\+", (Struct("memberchk", (one, self.parts())),)))
         # What follows from outer names cannot choose beforehand.
@@ -265,7 +267,7 @@ class Writer(MeasureWriter):
         body = inner.test(node.body)
         wanted = [c for c in conditions if c != NOTHING]
         if wanted:
-            body = Struct("implies", (all_of(wanted), body))
+            body = Struct("implies", (join_goals(wanted), body))
         functor = "each" if len(patterns) == 1 else "each_pair"
         return Struct(functor, (*patterns, members, body))
 
@@ -280,7 +282,7 @@ class Writer(MeasureWriter):
             inner = self.with_locals(**bound)
             where = inner.test(demanded) if demanded is not None else NOTHING
             some: Term = self.members(shape)
-            test = all_of([t for t in (own, where) if t != NOTHING] or [NOTHING])
+            test = join_goals([t for t in (own, where) if t != NOTHING] or [NOTHING])
         elif node.of:
             bounds = [self.bound(name.text) for name in node.of]
             kinds = frozenset[Kind]().union(*(b.kinds for b in bounds))
@@ -294,11 +296,11 @@ class Writer(MeasureWriter):
             among = kinds
         if node.count is None:
             found = Struct("some", (pattern, some, test))
-            return some_test(found, among, some=node.some)
+            return write_some_test(found, among, some=node.some)
         one = self.names.fresh("member")
         groups = self.names.fresh(f"{node.name.text}_groups")
         self.goals.append(Struct("findall", ((one,), Struct("member", (one, some)), groups)))
-        return amount_test(pattern, groups, test, low, high, among)
+        return write_amount_test(pattern, groups, test, low, high, among)
 
     def _find_seen(self, parts: tuple[Term, ...]) -> Term:
         """Return the goal that selects the parts that were seen: an unseen part is no witness."""

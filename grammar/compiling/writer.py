@@ -7,7 +7,7 @@ from typing import Self
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.constants import Constant, constant, quantity
-from facetlog.grammar.scope import THIS, Scope, SetSymbol, conditions_in, names_in
+from facetlog.grammar.scope import THIS, Scope, SetSymbol, iter_conditions, names_in
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.units import Dimension
@@ -95,10 +95,10 @@ def scaled(factor: float, term: Term) -> Term:
     return Struct("*", (factor, term))
 
 
-def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
+def write_word(name: str, arguments: tuple[Bound, ...]) -> Struct:
     """Return a measure or relation of the vocabulary with its arguments."""
     if name in _BY_ELEVATION and arguments[0].kinds != arguments[1].kinds:
-        middles = tuple(word_term("elevation", (argument,)) for argument in arguments)
+        middles = tuple(write_word("elevation", (argument,)) for argument in arguments)
         return Struct(_BY_ELEVATION[name], middles)
     kinds = arguments[0].kinds
     if name in _OF_THINGS and kinds == THING:
@@ -228,7 +228,7 @@ def _is_search(node: s.Expression | None, scope: Scope) -> bool:
     """Whether a condition goes through the thing: then it needs the thing and all parts."""
     return any(
         isinstance(inner, s.There | s.Each | s.EachOf | s.Aggregate)
-        for one in conditions_in(node, scope)
+        for one in iter_conditions(node, scope)
         for inner in walk(one)
     )
 
@@ -256,14 +256,14 @@ _FINDERS = {
 }
 
 
-def elements_goal(kinds: Kinds, term: Term) -> Struct:
+def write_elements_goal(kinds: Kinds, term: Term) -> Struct:
     """Return the goal that finds elements of some kinds in the thing; things for objects."""
     if kinds == THING:
         return Struct("thing", (term,))
     return Struct(_FINDERS[kinds], (Var("Thing"), term))
 
 
-def all_of(tests: list[Term]) -> Term:
+def join_goals(tests: list[Term]) -> Term:
     """Return one test of several."""
     flat: list[Term] = []
     for test in tests:
@@ -416,7 +416,7 @@ class MeasureWriter:
             return Struct("count", (groups,))
         if name in self.scope.defines:
             return self.expanded(name, arguments).measure(self.scope.defines[name].node.body)
-        return word_term(name, tuple(map(self.argument, arguments)))
+        return write_word(name, tuple(map(self.argument, arguments)))
 
     def _write_aggregate(self, node: s.Aggregate) -> Term:
         shape = next(
@@ -445,7 +445,7 @@ _NO_MORE: Mapping[Kinds, Struct] = {
 round leg has none, but is a piece."""
 
 
-def some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
+def write_some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
     """Return the test that one was found `among` all of such kinds that a thing has, or that none
     was.
 
@@ -457,10 +457,10 @@ def some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
     known = _NO_MORE[OPENING]
     if some:
         return Struct("any", ((found, Struct("not", (known,))),))
-    return all_of([Struct("not", (found,)), known])
+    return join_goals([Struct("not", (found,)), known])
 
 
-def amount_test(
+def write_amount_test(
     pattern: Term, groups: Term, test: Term, low: float, high: float, among: Kinds
 ) -> Term:
     """Return the test of so many groups, `among` all of such kinds that a thing has."""
@@ -477,4 +477,4 @@ def amount_test(
         tests.append(Struct("at_most_of", (math.floor(high), pattern, groups, test)))
         if among == OPENING:
             tests.append(_NO_MORE[OPENING])
-    return all_of(tests) if tests else NOTHING
+    return join_goals(tests) if tests else NOTHING

@@ -2,7 +2,7 @@
 
 from types import MappingProxyType
 
-from facetlog.errors import missing_extra
+from facetlog.errors import make_missing_extra_error
 from facetlog.grammar.example_scenes import Builders
 
 
@@ -15,8 +15,8 @@ def run(builders: Builders = MappingProxyType({})) -> None:
     """
     # Only who serves an editor loads its protocol.
     try:
-        from facetlog.grammar.language_server.server import model_server
+        from facetlog.grammar.language_server.server import build_model_server
     except ModuleNotFoundError as exc:
-        raise missing_extra("the language server", "pygls", "editor") from exc
+        raise make_missing_extra_error("the language server", "pygls", "editor") from exc
 
-    model_server(builders).start_io()
+    build_model_server(builders).start_io()

@@ -13,14 +13,14 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.example_scenes import Builders
 from facetlog.grammar.language_server.hover import (
-    constant_value,
-    model_documentation,
-    unit_documentation,
-    word_documentation,
+    describe_model,
+    describe_unit,
+    describe_word,
+    show_constant_value,
 )
-from facetlog.grammar.library import builtin_names
+from facetlog.grammar.library import list_builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, Token, laid_out
-from facetlog.grammar.reading.parse import LONGEST, statement_parser
+from facetlog.grammar.reading.parse import LONGEST, build_statement_parser
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.scope import THIS
 from facetlog.grammar.source import Source
@@ -58,7 +58,7 @@ class Context:
         """The first word, empty at the beginning of a statement."""
         return self.tokens[0].text if self.tokens else ""
 
-    def ends_with(self, *words: str) -> bool:
+    def is_after(self, *words: str) -> bool:
         """Whether these are the last words."""
         return tuple(t.text for t in self.tokens[-len(words) :]) == words
 
@@ -68,7 +68,7 @@ class Context:
         return "IS" in self.terminals
 
 
-def context_at(text: str, offset: int) -> Context | None:
+def find_context(text: str, offset: int) -> Context | None:
     """Return the tokens before a position, or None inside texts and comments."""
     start = offset
     while start > 0 and (text[start - 1].isalnum() or text[start - 1] == "_"):
@@ -94,7 +94,7 @@ def context_at(text: str, offset: int) -> Context | None:
 @cache
 def _get_keywords() -> dict[str, str]:
     """Return the words of the language by the names of their terminals."""
-    patterns = {terminal.name: terminal.pattern for terminal in statement_parser().terminals}
+    patterns = {terminal.name: terminal.pattern for terminal in build_statement_parser().terminals}
     return {
         name: pattern.value
         for name, pattern in patterns.items()
@@ -106,7 +106,7 @@ def _find_following(tokens: Sequence[Token]) -> tuple[frozenset[str], frozenset[
     """Return the words that may follow these tokens, and the names of the terminals."""
     if len(tokens) > LONGEST:
         return frozenset(), frozenset()
-    state = statement_parser().parse_interactive(" ".join(token.text for token in tokens))
+    state = build_statement_parser().parse_interactive(" ".join(token.text for token in tokens))
     try:
         state.exhaust_lexer()
         accepted = frozenset(state.accepts())  # type: ignore[no-untyped-call]
@@ -133,7 +133,7 @@ def completions(
     analysis: Analysis, text: str, offset: int, builders: Builders
 ) -> list[lsp.CompletionItem]:
     """Return the completions at a place, likelier kinds first; none in texts and comments."""
-    context = context_at(text, offset)
+    context = find_context(text, offset)
     if context is None:
         return []
     found: dict[str, lsp.CompletionItem] = {}
@@ -193,7 +193,7 @@ class _Completer:
                 return
         if context.last == "one" and context.first in ("one", "optional"):
             yield from self._complete_models()
-        elif context.last == "is" or context.ends_with("is", "not"):
+        elif context.last == "is" or context.is_after("is", "not"):
             yield from self._complete_properties()
         elif context.after_measure:
             yield from self._complete_relations()
@@ -249,14 +249,14 @@ class _Completer:
 
     def _complete_units(self) -> Iterator[lsp.CompletionItem]:
         for name in UNITS:
-            yield _make_item(name, _KINDS.Unit, unit_documentation(name))
+            yield _make_item(name, _KINDS.Unit, describe_unit(name))
 
     def _complete_models(self, but: str = "") -> Iterator[lsp.CompletionItem]:
         for name, model in self.analysis.all_models.items():
             if name != but:
-                yield _make_item(name, _KINDS.Class, "model", model_documentation(model))
+                yield _make_item(name, _KINDS.Class, "model", describe_model(model))
         own = [name for words in self.analysis.library.words.values() for name in words.models]
-        for name in [*own, *sorted(builtin_names())]:
+        for name in [*own, *sorted(list_builtin_names())]:
             yield _make_item(name, _KINDS.Class, "model")
 
     def _complete_properties(self) -> Iterator[lsp.CompletionItem]:
@@ -285,7 +285,7 @@ class _Completer:
         yield _make_item(THIS, _KINDS.Variable, "the thing itself")
 
     def _make_word_item(self, word: Word, kind: lsp.CompletionItemKind) -> lsp.CompletionItem:
-        return _make_item(word.name, kind, word.signature, word_documentation(word))
+        return _make_item(word.name, kind, word.signature, describe_word(word))
 
     def _complete_parts(self, *, sets: bool = False) -> Iterator[lsp.CompletionItem]:
         scope = self.analysis.scopes.get(self.context.model)
@@ -303,7 +303,9 @@ class _Completer:
 
     def _complete_constants(self) -> Iterator[lsp.CompletionItem]:
         for name, owned in self._get_lets().items():
-            yield _make_item(name, _KINDS.Constant, constant_value(owned.node, self._get_lets()))
+            yield _make_item(
+                name, _KINDS.Constant, show_constant_value(owned.node, self._get_lets())
+            )
 
     def _get_lets(self) -> Mapping[str, Owned[s.Let]]:
         if self.model is not None:

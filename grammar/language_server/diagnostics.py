@@ -11,7 +11,7 @@ from facetlog.grammar.faults import Edit, Fault, Fix, Severity
 from facetlog.grammar.fix_all import Check, fixed
 from facetlog.grammar.language_server.project import EditorText, Project
 from facetlog.grammar.lint.allowed import allow_fix
-from facetlog.grammar.source import Span, differing
+from facetlog.grammar.source import Span, find_changed_spans
 
 SOURCE = "facetlog"
 
@@ -76,7 +76,7 @@ def _use_of(analysis: Analysis, name: str) -> Span:
 KINDS = (lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll)
 
 
-def code_actions(
+def list_code_actions(
     analysis: Analysis, faults: Iterable[Fault], text: EditorText, uri: str, span: Span
 ) -> list[lsp.CodeAction]:
     """Return fixes of the faults that touch a span, the likeliest first."""
@@ -98,7 +98,7 @@ def fix_all(text: EditorText, uri: str, check: Check) -> list[lsp.CodeAction]:
     if after == text.text:
         return []
     kind = lsp.CodeActionKind.SourceFixAll
-    old, new = differing(text.text, after)
+    old, new = find_changed_spans(text.text, after)
     edit = _make_edit([Edit(old, after[new.start : new.end])], text, uri)
     return [lsp.CodeAction("put right all that is sure", kind=kind, edit=edit)]
 

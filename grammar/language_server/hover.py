@@ -6,7 +6,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import constant
 from facetlog.grammar.example_scenes import Builders
-from facetlog.grammar.format import one_line
+from facetlog.grammar.format import fit_on_one_line
 from facetlog.grammar.language_server.symbols import Symbol, SymbolKind
 from facetlog.grammar.limits import Limit
 from facetlog.grammar.reading.layout import laid_out
@@ -28,7 +28,7 @@ def code(text: str) -> str:
     return f"```facetlog-model\n{text}\n```"
 
 
-def word_documentation(word: Word) -> str:
+def describe_word(word: Word) -> str:
     """Explain a word: its meaning, when it is unknown, and which file defines it."""
     lines = [f"{word.meaning[:1].upper()}{word.meaning[1:]}."]
     if word.low is not None or word.high is not None:
@@ -44,7 +44,7 @@ def word_documentation(word: Word) -> str:
     return "\n\n".join(lines)
 
 
-def unit_documentation(name: str) -> str:
+def describe_unit(name: str) -> str:
     """Explain a unit; empty if there is none of the name."""
     unit = UNITS.get(name)
     if unit is None:
@@ -52,27 +52,27 @@ def unit_documentation(name: str) -> str:
     return f"{unit.dimension}: {unit.factor:g}{_BASE_UNITS[unit.dimension]}"
 
 
-def constant_value(let: s.Let, lets: Mapping[str, Owned[s.Let]]) -> str:
+def show_constant_value(let: s.Let, lets: Mapping[str, Owned[s.Let]]) -> str:
     """Return the value of a constant in metres, degrees or ones; empty if it is none."""
     value = constant(let.value, lets)
     return "" if value is None else f"{value.value:.6g}{_BASE_UNITS[value.dimension]}"
 
 
-def model_documentation(model: FlatModel) -> str:
+def describe_model(model: FlatModel) -> str:
     """Return the description of a model."""
     doc = model.written.doc
     return "" if doc is None else doc.value
 
 
-def statement_text(source: Source, offset: int) -> str:
+def show_statement(source: Source, offset: int) -> str:
     """Return the statement at a place, on one line; empty if there is none."""
     for statement in laid_out(source).statements:
         if offset in statement.span:
-            return one_line(statement.tokens)
+            return fit_on_one_line(statement.tokens)
     return ""
 
 
-def hover_text(analysis: Analysis, symbol: Symbol, builders: Builders) -> str:
+def find_hover_text(analysis: Analysis, symbol: Symbol, builders: Builders) -> str:
     """Return the documentation of a symbol in Markdown; empty if there is none."""
     return "\n\n".join(part for part in _iter_parts(analysis, symbol, builders) if part)
 
@@ -88,9 +88,9 @@ def _iter_parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Itera
         case SymbolKind.WORD:
             word = analysis.words[name]
             yield code(word.signature)
-            yield word_documentation(word)
+            yield describe_word(word)
         case SymbolKind.UNIT:
-            yield unit_documentation(name)
+            yield describe_unit(name)
         case SymbolKind.BUILDER:
             if name in builders:
                 yield code(f"{name}({', '.join(builders[name])})")
@@ -102,8 +102,8 @@ def _iter_parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Itera
             if model is None:
                 yield code(f"model {name}")
                 return
-            yield code(statement_text(model.source, model.written.name.span.start))
-            yield model_documentation(model)
+            yield code(show_statement(model.source, model.written.name.span.start))
+            yield describe_model(model)
         case SymbolKind.LOCAL:
             in_definition = _get_statement(analysis, symbol).startswith("define ")
             yield f"named in this {'definition' if in_definition else 'line'}"
@@ -119,7 +119,7 @@ def _get_statement(analysis: Analysis, symbol: Symbol) -> str:
     if symbol.home is None or symbol.home.path not in analysis.library.files:
         return symbol.name
     source = analysis.library.files[symbol.home.path].source
-    return statement_text(source, symbol.home.span.start)
+    return show_statement(source, symbol.home.span.start)
 
 
 def _describe_constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
@@ -131,7 +131,7 @@ def _describe_constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
         lets = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Let)}
     if symbol.name in lets:
         let = lets[symbol.name].node
-        value = constant_value(let, lets)
+        value = show_constant_value(let, lets)
         yield f"is {value}" if value else ""
         if let.doc is not None:
             yield let.doc.value

@@ -12,7 +12,7 @@ from pygls import uris
 
 from facetlog.grammar.analysis import Analysis, analyse
 from facetlog.grammar.checking.same_names import SameNames
-from facetlog.grammar.example_scenes import Builders, all_faults
+from facetlog.grammar.example_scenes import Builders, find_all_faults
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.language_server.symbols import Occurrences, occurrences
 from facetlog.grammar.library import BUILTIN, read_text
@@ -112,7 +112,7 @@ class Project:
 
     def open(self, uri: str, text: str) -> Path:
         """Note that the editor opened a text; return its path."""
-        path = path_of(uri)
+        path = get_path(uri)
         self._open[path] = EditorText(text, self.encoding)
         self._uris[path] = uri
         self.forget()
@@ -120,7 +120,7 @@ class Project:
 
     def change(self, uri: str, changes: Iterable[lsp.TextDocumentContentChangeEvent]) -> Path:
         """Return the text as the changes leave it, one after the other; returns its path."""
-        path = path_of(uri)
+        path = get_path(uri)
         text = self.text(path)
         for change in changes:
             text = text.changed(change)
@@ -128,7 +128,7 @@ class Project:
 
     def close(self, uri: str) -> Path:
         """Forget the editor's text of a file, so that the one on disk counts; return its path."""
-        path = path_of(uri)
+        path = get_path(uri)
         self._open.pop(path, None)
         self._uris.pop(path, None)
         self.forget()
@@ -186,7 +186,7 @@ class Project:
         return (*self._with_scenes(analysis), *self._same_names.faults(analysis))
 
     def _with_scenes(self, analysis: Analysis) -> tuple[Fault, ...]:
-        return all_faults(analysis, self.builders) if self.builders else analysis.faults
+        return find_all_faults(analysis, self.builders) if self.builders else analysis.faults
 
     def check_of(self, path: Path) -> Callable[[str], tuple[Fault, ...]]:
         """Return the function that finds the faults of a file with another text."""
@@ -199,7 +199,7 @@ class Project:
             found = self._symbols[path] = occurrences(self.analysis(path))
         return found
 
-    def files_that_say(self, word: str) -> Iterator[Path]:
+    def find_files_with_word(self, word: str) -> Iterator[Path]:
         """Iterate over the model files, open, beside these or in the workspace, in whose text a
         word occurs.
         """
@@ -220,7 +220,7 @@ class Project:
                 yield path
 
 
-def path_of(uri: str) -> Path:
+def get_path(uri: str) -> Path:
     """Return the path of a file; of a text that is no file, a path by its name alone."""
     return Path(uris.to_fs_path(uri) or uri.rpartition(":")[2].lstrip("/") or "untitled")
 

@@ -32,7 +32,7 @@ def _iter_files(project: Project, symbol: Symbol, origin: Path) -> Iterator[Path
     yield origin
     if symbol.kind in (SymbolKind.LOCAL, SymbolKind.UNIT, SymbolKind.BUILDER):
         return
-    others = list(project.files_that_say(symbol.name))
+    others = list(project.find_files_with_word(symbol.name))
     if symbol.home is not None and symbol.home.path.suffix == ".model":
         # It may lie outside of the workspace.
         others.append(symbol.home.path)
@@ -65,7 +65,7 @@ class Replacement:
     text: str
 
 
-def why_fixed(symbol: Symbol) -> str:
+def explain_fixed_name(symbol: Symbol) -> str:
     """Return why a symbol keeps its name; empty if it may get another."""
     if symbol.kind in _FIXED:
         return f"`{symbol.name}` {_FIXED[symbol.kind]}"
@@ -82,7 +82,7 @@ def renamed(project: Project, symbol: Symbol, name: str, origin: Path) -> tuple[
     The files are read again as they would be: no new fault may arise, and every word must stand for
     what it stood for.
     """
-    fixed = why_fixed(symbol)
+    fixed = explain_fixed_name(symbol)
     if fixed:
         raise Refusal(f"{fixed} and keeps its name")
     _check_spelling(name)
@@ -95,7 +95,7 @@ def renamed(project: Project, symbol: Symbol, name: str, origin: Path) -> tuple[
         places.setdefault(path, []).append(one)
     found = tuple(
         Replacement(
-            path, Span(one.span.start, one.span.end + len(one.plural)), _with_plural(name, one)
+            path, Span(one.span.start, one.span.end + len(one.plural)), _add_plural(name, one)
         )
         for path, ones in places.items()
         for one in ones
@@ -111,7 +111,7 @@ def _check_spelling(name: str) -> None:
         raise Refusal(f"`{name}` is a word of the language: choose another name")
 
 
-def _with_plural(name: str, one: Occurrence) -> str:
+def _add_plural(name: str, one: Occurrence) -> str:
     """Return the new name, in the plural where the old one was."""
     if not one.plural:
         return name

@@ -22,10 +22,15 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.example_scenes import Builders
 from facetlog.grammar.format import formatted
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
-from facetlog.grammar.language_server.diagnostics import KINDS, code_actions, diagnostics, fix_all
-from facetlog.grammar.language_server.hover import hover_text, limit_text
-from facetlog.grammar.language_server.project import EditorText, Project, path_of
-from facetlog.grammar.language_server.rename import Refusal, references, renamed, why_fixed
+from facetlog.grammar.language_server.diagnostics import (
+    KINDS,
+    diagnostics,
+    fix_all,
+    list_code_actions,
+)
+from facetlog.grammar.language_server.hover import find_hover_text, limit_text
+from facetlog.grammar.language_server.project import EditorText, Project, get_path
+from facetlog.grammar.language_server.rename import Refusal, explain_fixed_name, references, renamed
 from facetlog.grammar.language_server.symbols import Occurrence
 from facetlog.grammar.limits import limit_at
 from facetlog.grammar.source import Source, Span
@@ -221,7 +226,7 @@ class ModelServer(LanguageServer):
         self, document: lsp.TextDocumentIdentifier, position: lsp.Position
     ) -> tuple[Path, Occurrence | None]:
         """Return the file, and the symbol at a position of it."""
-        path = path_of(document.uri)
+        path = get_path(document.uri)
         offset = self.project.text(path).offset(position)
         return path, self.project.symbols(path).at(offset)
 
@@ -230,7 +235,7 @@ class ModelServer(LanguageServer):
         return lsp.Location(self.project.uri(path), self.project.text(path).range(one.span))
 
 
-def model_server(builders: Builders) -> ModelServer:
+def build_model_server(builders: Builders) -> ModelServer:
     """Return a server that is ready to be started; `builders` are the things that examples can
     build.
     """
@@ -259,10 +264,10 @@ def _serve_texts(server: ModelServer) -> None:
         encoding = server.server_capabilities.position_encoding
         if encoding is not None:
             project.encoding = encoding.value if hasattr(encoding, "value") else str(encoding)
-        folders_changed(None)
+        on_folders_changed(None)
 
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS)
-    def folders_changed(_: lsp.DidChangeWorkspaceFoldersParams | None) -> None:
+    def on_folders_changed(_: lsp.DidChangeWorkspaceFoldersParams | None) -> None:
         uris = [*server.workspace.folders] or [server.workspace.root_uri or ""]
         paths = [to_fs_path(uri) for uri in uris]
         project.folders = tuple(Path(path) for path in paths if path)
@@ -284,13 +289,13 @@ def _serve_texts(server: ModelServer) -> None:
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
-    def files_changed(_: object) -> None:
+    def on_files_changed(_: object) -> None:
         project.forget()
         server.publish_soon()
 
     @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
     def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-        text = project.text(path_of(params.text_document.uri))
+        text = project.text(get_path(params.text_document.uri))
         after = formatted(Source("", text.text))
         return [] if after == text.text else [lsp.TextEdit(text.whole(), after)]
 
@@ -305,7 +310,7 @@ def _serve_questions(server: ModelServer) -> None:
         lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=list(TRIGGERS))
     )
     def complete(params: lsp.CompletionParams) -> lsp.CompletionList:
-        path = path_of(params.text_document.uri)
+        path = get_path(params.text_document.uri)
         text = project.text(path)
         offset = text.offset(params.position)
         items = completions(project.analysis(path), text.text, offset, server.builders)
@@ -316,7 +321,7 @@ def _serve_questions(server: ModelServer) -> None:
         path, one = server.at(params.text_document, params.position)
         analysis, text = project.analysis(path), project.text(path)
         limit = limit_at(analysis, text.offset(params.position))
-        said = [] if one is None else [hover_text(analysis, one.symbol, server.builders)]
+        said = [] if one is None else [find_hover_text(analysis, one.symbol, server.builders)]
         said += [] if limit is None else [limit_text(limit)]
         span = one.span if one is not None else limit.node.span if limit is not None else None
         if span is None or not any(said):
@@ -326,20 +331,22 @@ def _serve_questions(server: ModelServer) -> None:
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-        path = path_of(params.text_document.uri)
+        path = get_path(params.text_document.uri)
         return outline(project.analysis(path).file, project.text(path))
 
     @server.feature(
         lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=list(KINDS))
     )
     def actions(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-        path, uri = path_of(params.text_document.uri), params.text_document.uri
+        path, uri = get_path(params.text_document.uri), params.text_document.uri
         text = project.text(path)
         span = Span(text.offset(params.range.start), text.offset(params.range.end))
         wanted = params.context.only
         found: list[lsp.CodeAction] = []
         if wanted is None or _is_of(lsp.CodeActionKind.QuickFix, wanted):
-            found += code_actions(project.analysis(path), project.faults(path), text, uri, span)
+            found += list_code_actions(
+                project.analysis(path), project.faults(path), text, uri, span
+            )
         # It costs a look after each fix: done on demand, not at each step of the cursor.
         if wanted is not None and _is_of(lsp.CodeActionKind.SourceFixAll, wanted):
             found += fix_all(text, uri, project.check_of(path))
@@ -383,7 +390,7 @@ def _serve_names(server: ModelServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
     def prepare_rename(params: lsp.PrepareRenameParams) -> lsp.Range:
         path, one = server.at(params.text_document, params.position)
-        fixed = "there is no name here" if one is None else why_fixed(one.symbol)
+        fixed = "there is no name here" if one is None else explain_fixed_name(one.symbol)
         if one is None or fixed:
             raise JsonRpcException(fixed, REFUSED)
         return project.text(path).range(one.span)

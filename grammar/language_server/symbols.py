@@ -11,7 +11,7 @@ from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.faults import MOST_FAULTS
 from facetlog.grammar.reading.layout import STATEMENT_WORDS, Layout, laid_out, pieces
 from facetlog.grammar.reading.parse import Readable
-from facetlog.grammar.scope import part_kind
+from facetlog.grammar.scope import get_part_kind
 from facetlog.grammar.source import NOWHERE, Span
 from facetlog.grammar.traversal import Node, children
 from facetlog.grammar.vocabulary import PIECE
@@ -97,13 +97,13 @@ class Homes:
         self.analysis = analysis
         self._names: dict[str, Names] = {}
 
-    def before_models(self, file: s.File) -> Names:
+    def find_file_names(self, file: s.File) -> Names:
         """Return the constants and definitions that stand before the first model of a file."""
         found: dict[tuple[SymbolKind, str], Home] = {}
         _add_names(file.statements, Path(file.source.name), found)
         return found
 
-    def in_model(self, name: str) -> Names:
+    def find_model_names(self, name: str) -> Names:
         """Return the names of a model; what an ancestor named first is at home there."""
         descent: list[str] = []
         at = name
@@ -126,7 +126,7 @@ class Homes:
                 return Home(path, Span(start, start + len("model(") + len(name)))
         return None
 
-    def of_word(self, name: str) -> Home | None:
+    def find_word_home(self, name: str) -> Home | None:
         """Return where a word of the user's own is declared."""
         word = self.analysis.words.get(name)
         if word is None or word.source is None or word.span is None:
@@ -137,7 +137,7 @@ class Homes:
         flat = self.analysis.all_models[name]
         parent = flat.written.parent
         above = {} if parent is None else self._names.get(parent.text, {})
-        found = {**self.before_models(flat.file), **above}
+        found = {**self.find_file_names(flat.file), **above}
         _add_names(flat.written.statements, Path(flat.source.name), found)
         return found
 
@@ -182,7 +182,7 @@ class _Finder:
         self.path = Path(analysis.file.source.name)
         self.homes = Homes(analysis)
         self.found: list[Occurrence] = []
-        self.names = self.homes.before_models(analysis.file)
+        self.names = self.homes.find_file_names(analysis.file)
         self.models = dict.fromkeys(analysis.all_models)
         self.models |= dict.fromkeys(m for w in analysis.library.words.values() for m in w.models)
         self.model = ""
@@ -197,7 +197,7 @@ class _Finder:
             if flat is None or flat.written is not model:
                 # A second model of one name is a fault; it has no names of its own.
                 continue
-            self.names = self.homes.in_model(self.model)
+            self.names = self.homes.find_model_names(self.model)
             self._add(SymbolKind.MODEL, model.name, Home(self.path, model.name.span))
             if model.parent is not None:
                 self._add_model(model.parent)
@@ -211,12 +211,12 @@ class _Finder:
         readable = Readable(file)
         self.sure = False
         self.model = ""
-        self.names = self.homes.before_models(file)
+        self.names = self.homes.find_file_names(file)
         for statement in (x for piece in self._iter_unread() for x in piece.statements):
             first, *rest = statement.tokens
             if first.text == "model" and rest:
                 self.model = rest[0].text
-                self.names = self.homes.in_model(self.model)
+                self.names = self.homes.find_model_names(self.model)
             if readable.has(statement.span):
                 continue
             for token in statement.tokens:
@@ -381,7 +381,7 @@ class _Finder:
     def _add_member(self, node: s.Member, brought: Locals) -> None:
         self._add_value(node.owner, brought)
         model = self._get_model_of(node.owner.text, brought)
-        home = self.homes.in_model(model).get((SymbolKind.PART, node.part.text))
+        home = self.homes.find_model_names(model).get((SymbolKind.PART, node.part.text))
         if home is not None:
             symbol = Symbol(SymbolKind.PART, node.part.text, home, model)
             self.found.append(Occurrence(symbol, node.part.span))
@@ -391,7 +391,7 @@ class _Finder:
         if self._add_known(name, SymbolKind.DEFINITION):
             return
         if name.text in self.analysis.words:
-            self._add(SymbolKind.WORD, name, self.homes.of_word(name.text))
+            self._add(SymbolKind.WORD, name, self.homes.find_word_home(name.text))
         else:
             self._add_model(name)
 
@@ -402,10 +402,12 @@ class _Finder:
 
     def _add_kind(self, name: s.Name) -> None:
         """Add the kind of a part, singular or plural, if it is a model or a shape of pieces."""
-        found = part_kind(name.text, self.models)
+        found = get_part_kind(name.text, self.models)
         if found is not None and found[1]:
             home = self.homes.of_model(found[1])
             self._add(SymbolKind.MODEL, name, home, name.text[len(found[1]) :])
         elif found == (PIECE, "") and name.text.removesuffix("s") in self.analysis.words:
             shape = name.text.removesuffix("s")
-            self._add(SymbolKind.WORD, name, self.homes.of_word(shape), name.text[len(shape) :])
+            self._add(
+                SymbolKind.WORD, name, self.homes.find_word_home(shape), name.text[len(shape) :]
+            )

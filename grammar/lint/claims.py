@@ -213,7 +213,7 @@ class Claims:
                 yield claim, False
 
 
-def in_short(source: Source, node: Node) -> str:
+def shorten(source: Source, node: Node) -> str:
     """Return the text of a node on one line, cut where it is long."""
     text = " ".join(source.text[node.span.start : node.span.end].split())
     return text if len(text) <= LONGEST_QUOTE else f"{text[: LONGEST_QUOTE - 1]}…"

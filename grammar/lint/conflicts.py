@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.measures import DIMENSIONS
 from facetlog.grammar.faults import Fault, Severity
-from facetlog.grammar.lint.claims import Atom, Claim, Claims, Linear, Origin, Place, in_short
+from facetlog.grammar.lint.claims import Atom, Claim, Claims, Linear, Origin, Place, shorten
 from facetlog.grammar.scope import THIS, PartSymbol, SetSymbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension
@@ -375,7 +375,7 @@ def find_repeats(claims: Claims, reported: set[Place]) -> Iterator[Fault]:
 def _quote(claims: Iterable[Claim], at: Claim) -> str:
     """Return other conditions as a message names them that stands at a claim."""
     said = [
-        f"`{in_short(c.origin.source, c.node)}` ({_describe_place(c.origin, at.origin.source)})"
+        f"`{shorten(c.origin.source, c.node)}` ({_describe_place(c.origin, at.origin.source)})"
         for c in {c.place: c for c in claims}.values()
     ]
     return " and ".join(said[:MOST_NAMED])

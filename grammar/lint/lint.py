@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.fading import FADING
-from facetlog.grammar.faults import MOST_FAULTS, Edit, Fault, Fix, Severity, removal, swap
-from facetlog.grammar.lint.claims import Bound, Claims, Linear, Place, Region, in_short
+from facetlog.grammar.faults import MOST_FAULTS, Edit, Fault, Fix, Severity, make_removal, swap
+from facetlog.grammar.lint.claims import Bound, Claims, Linear, Place, Region, shorten
 from facetlog.grammar.lint.conflicts import find_contradictions, find_repeats
 from facetlog.grammar.lint.reader import read_claims
 from facetlog.grammar.resolve import FlatModel
@@ -71,7 +71,7 @@ def _find_never(claims: Claims, region: Region) -> Fault | None:
     node, source = region.node, region.source
     low, high = region.low_bound, region.high_bound
     if low and high and _is_impossible(claims, low.half.plus(high.half)):
-        first, second = in_short(source, node.limit), in_short(source, node.second or node.limit)
+        first, second = shorten(source, node.limit), shorten(source, node.second or node.limit)
         message = f"this never holds: `{first}` is more than `{second}`"
         fixes: tuple[Fix, ...] = ()
         if node.comparator is s.Comparator.BETWEEN and node.second is not None:
@@ -105,7 +105,7 @@ def _describe_range(claims: Claims, region: Region, bound: Bound) -> str:
     ((atom, factor),) = bound.full.terms.items()
     if region.measure.terms.get(atom) != abs(factor):
         return ""
-    name = f"`{in_short(region.source, region.node.measure)}`"
+    name = f"`{shorten(region.source, region.node.measure)}`"
     if atom[0] == "count":
         name = f"the number of `{str(atom[1])[1:]}`"
     low, high = claims.ranges[atom]
@@ -157,7 +157,7 @@ def find_unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[F
         if id(statement) not in used and statement.name.text != FADING:
             what = "constant" if isinstance(statement, s.Let) else "definition"
             title = f"leave out the {what} `{statement.name}`"
-            fixes = removal(title, main.source.text, statement.span, sure=False)
+            fixes = make_removal(title, main.source.text, statement.span, sure=False)
             message = f"the {what} `{statement.name}` is never used"
             code = f"unused-{what}"
             yield _warn(code, message, main.source, statement.name, "leave it out", fixes)

@@ -11,7 +11,7 @@ from itertools import combinations
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.measures import DIMENSIONS
-from facetlog.grammar.constants import Constant, combined_dimension, constant, quantity
+from facetlog.grammar.constants import Constant, combine_dimensions, constant, quantity
 from facetlog.grammar.fading import ABOUT
 from facetlog.grammar.lint.claims import (
     Atom,
@@ -348,7 +348,7 @@ class _Reader:
         return Linear(0.0, {atom: 1.0}, dimension)
 
     def _join(self, sign: str, left: Linear, right: Linear) -> Linear:
-        dimension = combined_dimension(sign, left.dimension, right.dimension)
+        dimension = combine_dimensions(sign, left.dimension, right.dimension)
         if dimension is None or (sign == "/" and right.is_constant and right.constant == 0):
             raise OverflowError
         if sign in "+-":

@@ -13,7 +13,7 @@ from lark import Token as LarkToken
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, is_slip, respelt
+from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, is_slip, respell
 from facetlog.grammar.reading.layout import (
     STATEMENT_WORDS,
     Layout,
@@ -24,7 +24,7 @@ from facetlog.grammar.reading.layout import (
 )
 from facetlog.grammar.reading.tree import TreeToSyntax
 from facetlog.grammar.source import Source, Span
-from facetlog.grammar.spoken import hint_of_phrase
+from facetlog.grammar.spoken import find_phrase_hint
 from facetlog.grammar.traversal import Node, children, moved
 
 # Words of the language that a misspelt word may be meant for. A word of two letters is like too
@@ -76,7 +76,7 @@ def explained(
         token, word = meant
         message = f"`{token.text}` is not a word of the language"
         span = Span(token.start, token.end)
-        fix = respelt(span, word, sure=is_slip(token.text, word))
+        fix = respell(span, word, sure=is_slip(token.text, word))
         return Fault("misspelt", message, source, span, f"did you mean `{word}`?", fixes=(fix,))
     if here.reach >= len(text):
         span = Span(statement.span.end, statement.span.end)
@@ -86,7 +86,7 @@ def explained(
         span = Span(token.start, token.end)
         message, at = f"`{token.text[:30]}` cannot stand here", token.start - base
     wanted = _describe_wanted(here.expected)
-    hint = hint_of_phrase(text, at) or (f"expected {wanted}" if wanted else "")
+    hint = find_phrase_hint(text, at) or (f"expected {wanted}" if wanted else "")
     return Fault("syntax", message, source, span, hint)
 
 
@@ -216,7 +216,7 @@ class _WholeWords:
 
 
 @cache
-def statement_parser(*, trees: bool = False) -> Lark:
+def build_statement_parser(*, trees: bool = False) -> Lark:
     """Return the parser of one statement, which makes syntax, or trees, as it reduces."""
     grammar, maker = GRAMMAR.read_text(encoding="utf-8"), None if trees else TreeToSyntax()
     return Lark(
@@ -224,11 +224,11 @@ def statement_parser(*, trees: bool = False) -> Lark:
     )
 
 
-def statement_trees(source: Source) -> Iterator[Tree[LarkToken]]:
+def iter_statement_trees(source: Source) -> Iterator[Tree[LarkToken]]:
     """Iterate over the trees of the statements that can be read, as the grammar names rules."""
     for statement in laid_out(source).statements:
         with suppress(UnexpectedInput):
-            yield statement_parser(trees=True).parse(statement.text(source.text))
+            yield build_statement_parser(trees=True).parse(statement.text(source.text))
 
 
 def parse(source: Source) -> Parsed:
@@ -275,7 +275,7 @@ def _iter_statements(source: Source, layout: Layout, faults: list[Fault]) -> Ite
 
 def _parse_statement(source: Source, statement: Statement, faults: list[Fault]) -> object:
     try:
-        node: object = statement_parser().parse(statement.text(source.text))
+        node: object = build_statement_parser().parse(statement.text(source.text))
     except UnexpectedInput:
         faults.append(explained(source, statement, _reach))
         return None
@@ -296,7 +296,7 @@ def _report_too_deep(source: Source, span: Span, message: str) -> Fault:
 def _reach(text: str) -> Parsing:
     """Return how far a statement's text can be read, and which words may follow there."""
     try:
-        statement_parser().parse(text)
+        build_statement_parser().parse(text)
     except UnexpectedToken as error:
         at = len(text) if error.token.type == "$END" else error.token.start_pos or 0
         return Parsing(at, frozenset(error.accepts or error.expected))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 
 from facetlog.kb.engine.closing import Closing
-from facetlog.kb.engine.columns import Array, Chunk, Column, column_array
+from facetlog.kb.engine.columns import Array, Chunk, Column, build_column_array
 from facetlog.kb.engine.terms import Term
 
 __all__ = ["Answers"]
@@ -59,7 +59,9 @@ class Answers(Closing):
         for chunk in self.chunks():
             for column, part in zip(chunk.columns, parts, strict=True):
                 part.append(column)
-        return {name: column_array(part) for name, part in zip(self.names, parts, strict=True)}
+        return {
+            name: build_column_array(part) for name, part in zip(self.names, parts, strict=True)
+        }
 
     def close(self) -> None:
         """End the question; what was not read is lost."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Array", "Chunk", "Column", "column_array", "decode_chunk"]
+__all__ = ["Array", "Chunk", "Column", "build_column_array", "decode_chunk"]
 
 Array: TypeAlias = "NDArray[np.float64] | NDArray[np.int64] | NDArray[np.object_]"
 """Array of floats, of integers, or of terms."""
@@ -69,7 +69,7 @@ class Column:
             return ()
         match self.layout:
             case _Layout.FLOATS:
-                return [x for (x,) in struct.iter_unpack("<xd", self._float_block())]
+                return [x for (x,) in struct.iter_unpack("<xd", self._get_float_bytes())]
             case _Layout.NUMBERS:
                 numbers: list[int | float] = json.loads(f"[{self._text()}]")
                 return numbers
@@ -80,7 +80,7 @@ class Column:
             case _:
                 return decode_terms(self._text())
 
-    def _float_block(self) -> bytes:
+    def _get_float_bytes(self) -> bytes:
         if not isinstance(self.data, bytes):
             raise EngineError("Prolog's answer cannot be read")
         return self.data[len(self.data) - FLOAT_BYTES * self.length :]
@@ -127,7 +127,7 @@ def decode_chunk(pieces: Sequence[bytes | str]) -> Chunk:
     return Chunk(columns, length)
 
 
-def column_array(parts: Sequence[Column]) -> Array:
+def build_column_array(parts: Sequence[Column]) -> Array:
     """Return one array of the columns that follow each other.
 
     float64 if all values are floats, or integers that a float holds exactly; int64 if all are
@@ -137,7 +137,7 @@ def column_array(parts: Sequence[Column]) -> Array:
 
     parts = [part for part in parts if part.length]
     if all(part.layout is _Layout.FLOATS for part in parts):
-        return np.concatenate([np.empty(0), *(_floats(part) for part in parts)])
+        return np.concatenate([np.empty(0), *(_read_float_column(part) for part in parts)])
     values = list(chain.from_iterable(part.terms() for part in parts))
     if all(part.layout in (_Layout.FLOATS, _Layout.NUMBERS) for part in parts):
         numbers = [x for x in values if isinstance(x, int | float)]
@@ -151,8 +151,8 @@ def column_array(parts: Sequence[Column]) -> Array:
     return objects
 
 
-def _floats(column: Column) -> "NDArray[np.float64]":
+def _read_float_column(column: Column) -> "NDArray[np.float64]":
     import numpy as np
 
-    pairs = np.frombuffer(column._float_block(), dtype=[("byte", "u1"), ("value", "<f8")])
+    pairs = np.frombuffer(column._get_float_bytes(), dtype=[("byte", "u1"), ("value", "<f8")])
     return np.array(pairs["value"])

@@ -33,8 +33,8 @@ __all__ = [
     "Engine",
     "Piece",
     "Reply",
+    "decode_piece",
     "house",
-    "piece_text",
     "start",
 ]
 
@@ -172,7 +172,7 @@ class Engine:
             # Must not raise: ctypes would print the exception and go on with garbage.
             mark = self._TERM()
             self._mark_strings(ctypes.byref(mark))
-            said = _encode(callback(piece_text(self._read_piece(text))))
+            said = _encode(callback(decode_piece(self._read_piece(text))))
             self._release_strings(mark.value)
             kind = self._STRING | self._UTF8
             return int(self._unify_text(reply, kind, len(said), said))
@@ -263,7 +263,7 @@ def _decode(data: bytes) -> str:
     return _PRIVATE.sub(lambda found: chr(ord(found[0]) - _TO_PRIVATE), text)
 
 
-def piece_text(piece: Piece) -> str:
+def decode_piece(piece: Piece) -> str:
     """Return the characters of a piece."""
     return piece if isinstance(piece, str) else piece.decode("latin-1")
 
@@ -283,7 +283,7 @@ def start() -> Engine:
 
 @cache
 def _started() -> Engine:
-    with _starting_conditions():
+    with _prepare_environment():
         return _load_engine()
 
 
@@ -323,7 +323,7 @@ def _why_not_started(exc: Exception) -> str:
 
 
 def _pyswip_core() -> Any:
-    """pyswip's interface to C, with SWI-Prolog started, without signal handlers.
+    """Return pyswip's interface to C, with SWI-Prolog started, without signal handlers.
 
     Who started it stops it (engine_pool.py). pyswip would at the end of the process, on another
     thread, and SWI-Prolog crashes where that is still in the middle of its start: a Ctrl-C may end
@@ -366,23 +366,23 @@ def house(room: str) -> Path:
 
 
 @contextmanager
-def _starting_conditions() -> Iterator[None]:
+def _prepare_environment() -> Iterator[None]:
     """Give SWI-Prolog a current folder, a home that is one, and UTF-8 for its files' names."""
     with ExitStack() as stack:
-        stack.enter_context(_existing_folder())
-        stack.enter_context(_plain_arguments())
+        stack.enter_context(_ensure_current_folder())
+        stack.enter_context(_hide_arguments())
         home = os.environ.get("SWI_HOME_DIR")
         if home is not None and not (Path(home) / BOOT_FILE).is_file():
             _LOG.warning(
                 "SWI_HOME_DIR=%s is no home of SWI-Prolog (no %s): ignored", home, BOOT_FILE
             )
-            stack.enter_context(_changed_environment({"SWI_HOME_DIR": None}))
-        stack.enter_context(_utf8())
+            stack.enter_context(_change_environment({"SWI_HOME_DIR": None}))
+        stack.enter_context(_ensure_utf8())
         yield
 
 
 @contextmanager
-def _existing_folder() -> Iterator[None]:
+def _ensure_current_folder() -> Iterator[None]:
     """Stay in / if the current folder was deleted: SWI-Prolog crashes there."""
     try:
         Path.cwd()
@@ -406,7 +406,7 @@ def _existing_folder() -> Iterator[None]:
 
 
 @contextmanager
-def _plain_arguments() -> Iterator[None]:
+def _hide_arguments() -> Iterator[None]:
     """Hide the command line, which pyswip encodes as UTF-8 and nobody reads: names may be none."""
     before = sys.argv
     sys.argv = ["facetlog"]
@@ -417,7 +417,7 @@ def _plain_arguments() -> Iterator[None]:
 
 
 @contextmanager
-def _utf8() -> Iterator[None]:
+def _ensure_utf8() -> Iterator[None]:
     """Have SWI-Prolog take text for UTF-8, as all our files are, whatever the locale."""
     stated = next((os.environ[name] for name in LOCALE_VARIABLES if os.environ.get(name)), "C")
     if "utf" in stated.lower() or not _is_known(UTF8_LOCALE):
@@ -426,7 +426,7 @@ def _utf8() -> Iterator[None]:
     changes: dict[str, str | None] = {"LC_CTYPE": UTF8_LOCALE}
     if os.environ.get("LC_ALL"):
         changes |= {"LC_ALL": None, "LANG": os.environ["LC_ALL"]}
-    with _changed_environment(changes):
+    with _change_environment(changes):
         yield
 
 
@@ -441,7 +441,7 @@ def _is_known(name: str) -> bool:
 
 
 @contextmanager
-def _changed_environment(changes: dict[str, str | None]) -> Iterator[None]:
+def _change_environment(changes: dict[str, str | None]) -> Iterator[None]:
     """Change variables of the environment, None to unset one, and put them back."""
     before = {name: os.environ.get(name) for name in changes}
     _set_environment(changes)

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from facetlog.errors import EngineError
-from facetlog.kb.engine.engine import OK, CrashError, Engine, Reply, piece_text, start
+from facetlog.kb.engine.engine import OK, CrashError, Engine, Reply, decode_piece, start
 
 __all__ = ["MOST_OPEN", "Replies", "engine_pool"]
 
@@ -328,11 +328,11 @@ class EnginePool:
                 raise EngineError(
                     f"{MOST_OPEN} questions are open at once: close some, or read them to the end"
                 )
-            worker = self._idle.pop() if self._idle else self._begun()
+            worker = self._idle.pop() if self._idle else self._start_worker()
             self._busy[worker] = job
         return worker
 
-    def _begun(self) -> _Worker:
+    def _start_worker(self) -> _Worker:
         self._workers = {worker for worker in self._workers if not worker.ended}
         worker = _Worker(self)
         self._workers.add(worker)
@@ -369,7 +369,7 @@ class EnginePool:
         self._later = [(awaited, job) for awaited, job in self._later if awaited]
         return due
 
-    def when_quiet(self, operation: str, text: str) -> bool:
+    def send_when_quiet(self, operation: str, text: str) -> bool:
         """Send the request when all questions that are open now have ended; at once if none is.
 
         For what an open question may still be looking at. No one gets the reply; returned is
@@ -386,7 +386,7 @@ class EnginePool:
         except EngineError as exc:  # what was asked before must not fail by it
             _LOG.info("%s: %s", operation, exc)
             return False
-        return bool(reply) and piece_text(reply[0]).startswith(OK)
+        return bool(reply) and decode_piece(reply[0]).startswith(OK)
 
     def interrupt(self, worker: _Worker, job: _Job, why: str) -> None:
         """Make Prolog leave this job; nothing happens if the worker has left it already.

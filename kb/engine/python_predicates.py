@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from itertools import count, islice
 from typing import TypeAlias
 
-from facetlog.kb.engine.terms import Struct, Term, decode_term, term_text
+from facetlog.kb.engine.terms import Struct, Term, decode_term, format_prolog_term
 
 __all__ = ["PythonPredicate", "called", "forget", "raised", "remember"]
 
@@ -60,9 +60,9 @@ def called(request: str) -> str:
                 raise ValueError(f"a function may give {MOST_SOLUTIONS:,} solutions at most")
         if any(len(row) != len(args) for row in solutions):
             raise ValueError(f"a solution must have {len(args)} values, one for each argument")
-        return term_text(Struct("solutions", (solutions,)))
+        return format_prolog_term(Struct("solutions", (solutions,)))
     except BaseException as exc:
         number = next(_keys)
         with _lock:
             _exceptions[number] = exc
-        return term_text(Struct("raised", (number, f"{type(exc).__name__}: {exc}")))
+        return format_prolog_term(Struct("raised", (number, f"{type(exc).__name__}: {exc}")))

@@ -21,8 +21,8 @@ __all__ = [
     "decode_reply",
     "decode_term",
     "decode_terms",
-    "integer_text",
-    "term_text",
+    "format_integer",
+    "format_prolog_term",
 ]
 
 TOO_DEEP = "the answer is nested too deeply"
@@ -84,7 +84,7 @@ def _escape_text(text: str, quote: str) -> str:
     )
 
 
-def integer_text(value: int) -> str:
+def format_integer(value: int) -> str:
     """Return the integer in decimal digits, however many there are."""
     # int() turns True, which is an int, into 1. Beyond some thousands of digits Python refuses to
     # write an int, but not a Decimal.
@@ -93,7 +93,7 @@ def integer_text(value: int) -> str:
 
 def _number(value: float) -> str:
     if isinstance(value, int):
-        return integer_text(value)
+        return format_integer(value)
     if not math.isfinite(value):
         return "1.5NaN" if math.isnan(value) else "1.0Inf" if value > 0 else "-1.0Inf"
     text = repr(float(value))
@@ -101,10 +101,10 @@ def _number(value: float) -> str:
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}"
 
 
-def term_text(term: Term) -> str:
+def format_prolog_term(term: Term) -> str:
     """Return the term in Prolog syntax, on one line.
 
-    >>> term_text(Struct("near", (Struct("angle", (Atom("f1"), Var("X"))), 90, 15.0)))
+    >>> format_prolog_term(Struct("near", (Struct("angle", (Atom("f1"), Var("X"))), 90, 15.0)))
     "'near'('angle'('f1',X),90,15.0)"
     """
     match term:
@@ -119,14 +119,14 @@ def term_text(term: Term) -> str:
         case str():
             return f'"{_escape_text(term, chr(34))}"'
         case Fraction(numerator=n, denominator=d):
-            return f"{integer_text(n)}r{integer_text(d)}"
+            return f"{format_integer(n)}r{format_integer(d)}"
         case int() | float():
             return _number(term)
         case Struct(functor, args):
-            inner = ",".join(map(term_text, args))
+            inner = ",".join(map(format_prolog_term, args))
             return f"'{_escape_text(functor, chr(39))}'({inner})"
         case tuple():
-            return f"[{','.join(map(term_text, term))}]"
+            return f"[{','.join(map(format_prolog_term, term))}]"
 
 
 def decode_term(node: object) -> Term:

@@ -8,20 +8,20 @@ from itertools import count
 from time import perf_counter
 
 from facetlog.errors import EngineError, LimitError, QueryError, RuleSyntaxError
-from facetlog.kb.engine.engine import Reply, piece_text
+from facetlog.kb.engine.engine import Reply, decode_piece
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.python_predicates import forget, raised
-from facetlog.kb.engine.terms import Atom, Failure, Term, decode_reply, term_text
+from facetlog.kb.engine.terms import Atom, Failure, Term, decode_reply, format_prolog_term
 
 __all__ = [
     "LOAD_SECONDS",
     "Leftovers",
     "ask",
     "checked",
-    "clean_up",
     "clear",
     "clear_all",
     "destroy_scene",
+    "forget_in_prolog",
     "leave",
     "scene_module",
 ]
@@ -41,7 +41,7 @@ def ask(operation: str, text: str, *, seconds: float = LOAD_SECONDS) -> Term:
         _LOG.debug("Prolog: %s took %.3f s", operation, perf_counter() - began)
 
 
-def clean_up(operation: str, text: str) -> None:
+def forget_in_prolog(operation: str, text: str) -> None:
     """Have Prolog forget something; what was asked before must not fail by it.
 
     An interrupt that came late may hit this request instead of its own: then it is asked again.
@@ -59,7 +59,7 @@ def checked(reply: Reply, question: str | None = None) -> tuple[Term, Reply]:
     """Return the result of a reply and what follows it; raise what the reply reports."""
     if not reply:
         raise EngineError("SWI-Prolog gave no answer")
-    result = decode_reply(piece_text(reply[0]))
+    result = decode_reply(decode_piece(reply[0]))
     match result:
         case Failure("question", message, (int(start), int(end))):
             raise QueryError(message, text=question or "", start=start, end=end)
@@ -109,7 +109,7 @@ def scene_module() -> str:
 
 def destroy_scene(module: str) -> None:
     """Destroy a scene's module when all that is asked now has ended."""
-    if engine_pool().when_quiet("destroy_scene", term_text(Atom(module))):
+    if engine_pool().send_when_quiet("destroy_scene", format_prolog_term(Atom(module))):
         _free_modules.append(module)
 
 
@@ -127,10 +127,10 @@ def clear_all() -> None:
 
 def clear(left: Leftovers) -> None:
     """Clear it away; what Prolog does not forget stays until the process ends."""
-    clean_up("forget_base", term_text(Atom(left.base)))
+    forget_in_prolog("forget_base", format_prolog_term(Atom(left.base)))
     for key in left.functions:
         forget(key)
     for module in left.scenes:
         destroy_scene(module)
     for module in left.rules:
-        engine_pool().when_quiet("drop_rules", term_text(Atom(module)))
+        engine_pool().send_when_quiet("drop_rules", format_prolog_term(Atom(module)))

@@ -9,12 +9,12 @@ __all__ = [
     "Unit",
     "amount",
     "beside",
+    "choose_unit_for",
     "deviation",
-    "length_words",
+    "format_lengths",
+    "format_sd_count",
+    "format_with_unit",
     "measured",
-    "sd_count",
-    "suiting",
-    "with_unit",
 ]
 
 # More standard deviations than this say no more than this: the distribution's tails are not known.
@@ -61,14 +61,14 @@ _UNITS = {
 }
 
 
-def suiting(si_unit: str, *values: float) -> Unit:
+def choose_unit_for(si_unit: str, *values: float) -> Unit:
     """Return the unit in which numbers that stand together are written, all in this unit of SI.
 
     The largest is at least 1 in it, and the smallest that means something has no row of zeros
     behind the point. Units of other things than lengths and areas stay as they are.
 
-    >>> suiting("m", 0.254, 7e-05).name, suiting("m", 1.2, 0.011).name, suiting("m²", 0.0516).name
-    ('mm', 'm', 'cm²')
+    >>> choose_unit_for("m", 0.254, 7e-05).name, choose_unit_for("m²", 0.0516).name
+    ('mm', 'cm²')
     """
     units = _UNITS.get(si_unit)
     if units is None:
@@ -146,32 +146,32 @@ def _format_small_number(value: float) -> str:
     return text.rstrip("0")
 
 
-def length_words(values: Sequence[float], sd: float, si_unit: str, *, sign: str = ", ") -> str:
+def format_lengths(values: Sequence[float], sd: float, si_unit: str, *, sign: str = ", ") -> str:
     """Return lengths that stand together, with one deviation, in the unit that suits them.
 
-    >>> length_words((0.254,), 6.8e-05, "m"), length_words((0.2541, 0.1524), 0, "m", sign=" × ")
+    >>> format_lengths((0.254,), 6.8e-05, "m"), format_lengths((0.2541, 0.1524), 0, "m", sign=" × ")
     ('254.0 ± 0.068 mm', '25.41 × 15.24 cm')
-    >>> length_words((0.7362, 1.486), 5e-05, "m")
+    >>> format_lengths((0.7362, 1.486), 5e-05, "m")
     '(736.20, 1486.00) ± 0.05 mm'
     """
-    unit = suiting(si_unit, *values, sd)
+    unit = choose_unit_for(si_unit, *values, sd)
     scaled, spread = [unit.of(value) for value in values], sd / unit.size
     largest = max(map(abs, scaled), default=0.0)
     said = deviation(largest, spread)
     if not said:
-        return with_unit(sign.join(beside(value, largest) for value in scaled), unit.name)
+        return format_with_unit(sign.join(beside(value, largest) for value in scaled), unit.name)
     if len(scaled) == 1:
-        return f"{measured(scaled[0], spread)} ± {with_unit(said, unit.name)}"
+        return f"{measured(scaled[0], spread)} ± {format_with_unit(said, unit.name)}"
     # A place may be far from the origin, and be known to a fraction of that.
     digits = len(said.partition(".")[2])
     numbers = sign.join(f"{value:.{digits}f}" for value in scaled)
-    return f"({numbers}) ± {with_unit(said, unit.name)}"
+    return f"({numbers}) ± {format_with_unit(said, unit.name)}"
 
 
-def sd_count(sds: float) -> str:
+def format_sd_count(sds: float) -> str:
     """Return a number of standard deviations.
 
-    >>> sd_count(3.42), sd_count(57.8), sd_count(1e9)
+    >>> format_sd_count(3.42), format_sd_count(57.8), format_sd_count(1e9)
     ('3.4', '58', 'over 1000')
     """
     if sds > MOST_SDS:
@@ -179,10 +179,10 @@ def sd_count(sds: float) -> str:
     return f"{sds:.1f}" if sds < 10 else f"{sds:.0f}"
 
 
-def with_unit(number: str, unit: str) -> str:
+def format_with_unit(number: str, unit: str) -> str:
     """Return the number with its unit, a degree sign close to it.
 
-    >>> with_unit("71.2", "°"), with_unit("0.3", "m"), with_unit("3", "")
+    >>> format_with_unit("71.2", "°"), format_with_unit("0.3", "m"), format_with_unit("3", "")
     ('71.2°', '0.3 m', '3')
     """
     return f"{number}{unit}" if unit in ("°", "") else f"{number} {unit}"

@@ -9,11 +9,11 @@ from facetlog.kb.explaining.records import decode_record, unreadable
 from facetlog.kb.explaining.verdict import Part, Verdict
 from facetlog.kb.explaining.wording import (
     UNSEEN,
-    cause_words,
+    add_article,
+    describe_cause,
+    describe_relation,
+    describe_unknown,
     readable,
-    relation_words,
-    unknown_words,
-    with_article,
 )
 
 __all__ = ["decode_verdict", "decode_verdicts"]
@@ -28,7 +28,7 @@ def decode_verdicts(term: Term, *, length_unit: str | None) -> tuple[Verdict, ..
 
 def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
     """Return the verdict of verdict/10 of judge.pl. Raises EngineError if it cannot be read."""
-    verdict: Verdict = decode_record(term, Verdict, {Part: _part, Proof: _proof})
+    verdict: Verdict = decode_record(term, Verdict, {Part: _part, Proof: _decode_proof})
     return replace(verdict, length_unit=length_unit)
 
 
@@ -43,7 +43,7 @@ def _part(term: Term) -> Part:
     raise unreadable(term)
 
 
-def _proof(term: Term) -> Proof:
+def _decode_proof(term: Term) -> Proof:
     match term:
         case Struct(
             "proof",
@@ -61,13 +61,13 @@ def _proof(term: Term) -> Proof:
                 low=float(low),
                 high=float(high),
                 test=readable(test),
-                detail=_detail(test, detail, State(state)),
-                children=tuple(map(_proof, kids)),
+                detail=_decode_detail(test, detail, State(state)),
+                children=tuple(map(_decode_proof, kids)),
             )
     raise unreadable(term)
 
 
-def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
+def _decode_detail(test: Term, detail: Term, state: State) -> Comparison | Note:
     match test, detail:
         case (
             Struct("fading" | "soft", (Struct(_, (measure, *limits)), _))
@@ -83,19 +83,21 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
                 float(sd),
                 readable(kind),
                 _decode_within(within),
-                _shortfall(margin),
-                _measured_limits(limits),
+                _decode_shortfall(margin),
+                _list_measured_limits(limits),
             )
         case _, Struct("unseen", (int() | float() as free, int() | float() as full, nearer)):
-            found = _detail(test, nearer, state)
+            found = _decode_detail(test, nearer, state)
             if isinstance(found, Comparison):
                 return replace(found, unseen=(float(free), float(full)))
         case _, Struct("missing", (measure, Atom(cause))):
             text = readable(measure)
-            return Note("missing", text, unknown_words(measure, cause), cause_words(cause, measure))
+            return Note(
+                "missing", text, describe_unknown(measure, cause), describe_cause(cause, measure)
+            )
         case _, Struct("fact", (Atom(truth), Atom(cause))):
-            words = relation_words(test, truth, cause)
-            return Note("fact", truth, words, cause_words(cause, test))
+            words = describe_relation(test, truth, cause)
+            return Note("fact", truth, words, describe_cause(cause, test))
         case (
             Struct("at_least_of" | "at_least_in" | "at_most_of" as bound, (int(count), groups)),
             Struct("counted", (int(holding), int(undecided), member)),
@@ -106,7 +108,7 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
             tally = _Tally(at_least, count, holding, undecided, deciding, is_all, grouped)
             return Note("counted", tally.brief(), tally.words(), counted=(holding, count))
         case Struct("is_a", (thing, Atom(model))), Struct("judged", (Atom(cause),)):
-            words = _model_words(readable(thing), model, state)
+            words = _describe_model_verdict(readable(thing), model, state)
             return Note("judged", "", words, _MODEL_CAUSES.get(cause, ""))
         case _, Struct(name, (argument,)):
             return Note(name, readable(argument))
@@ -120,7 +122,7 @@ def _is_several(group: Term) -> bool:
     return isinstance(group, tuple) and len(group) > 1
 
 
-def _measured_limits(limits: Sequence[Term]) -> tuple[str, ...]:
+def _list_measured_limits(limits: Sequence[Term]) -> tuple[str, ...]:
     """Return limits that were measured themselves, as the rules have them; none if no limit was."""
     found = tuple("" if _is_given(limit) else readable(limit) for limit in limits)
     return found if any(found) else ()
@@ -136,7 +138,7 @@ def _is_given(limit: Term) -> bool:
             return isinstance(limit, int | float)
 
 
-def _shortfall(term: Term) -> Shortfall | None:
+def _decode_shortfall(term: Term) -> Shortfall | None:
     match term:
         case Struct("margin", (Atom(side), int() | float() as distance, int() | float() as sd)):
             return Shortfall(-float(distance), float(sd), Side(side)) if distance < 0 else None
@@ -218,13 +220,13 @@ class _Tally:
         return f"; {self.deciding} decides" if self.deciding else ""
 
 
-def _model_words(thing: str, model: str, state: State) -> str:
+def _describe_model_verdict(thing: str, model: str, state: State) -> str:
     """Return the verdict of another model as a clause.
 
-    >>> _model_words("t2", "table", State.FAILS)
+    >>> _describe_model_verdict("t2", "table", State.FAILS)
     't2 is no table'
     """
-    one = with_article(model)
+    one = add_article(model)
     match state:
         case State.HOLDS:
             return f"{thing} is {one}"

@@ -6,7 +6,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from facetlog.kb.explaining.amounts import PERCENT, amount, sd_count, suiting, with_unit
+from facetlog.kb.explaining.amounts import (
+    PERCENT,
+    amount,
+    choose_unit_for,
+    format_sd_count,
+    format_with_unit,
+)
 from facetlog.kb.explaining.measure_words import measure_words
 from facetlog.kb.explaining.proof import Comparison, Nearness, Note, Proof, State, nearness
 
@@ -55,10 +61,10 @@ class Margin:
 
     def text(self) -> str:
         """For example 'unknown if tilt(f1) were 3.2° more (5.1 sd)'."""
-        unit = PERCENT if self.kind == "ratio" else suiting(self.unit, self.change)
-        size = with_unit(amount(abs(unit.of(self.change))), unit.name)
+        unit = PERCENT if self.kind == "ratio" else choose_unit_for(self.unit, self.change)
+        size = format_with_unit(amount(abs(unit.of(self.change))), unit.name)
         more = "more" if self.change > 0 else "less"
-        sds = "" if self.sds is None else f" ({sd_count(self.sds)} sd)"
+        sds = "" if self.sds is None else f" ({format_sd_count(self.sds)} sd)"
         return f"{self.becomes} if {measure_words(self.measure)} were {size} {more}{sds}"
 
     def to_json(self) -> dict[str, Any]:
@@ -88,7 +94,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
     state."""
     before = _joined(c.proof.state for c in verdict.conditions)
     reading = _Reading({})
-    for measure, found in _comparisons(verdict.conditions).items():
+    for measure, found in _group_comparisons(verdict.conditions).items():
         asked = [c for c in verdict.conditions if measure in reading.of(c.proof)]
         others = _joined(
             c.proof.state for c in verdict.conditions if measure not in reading.of(c.proof)
@@ -117,7 +123,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
         yield from nearest.values()
 
 
-def _comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison]]:
+def _group_comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison]]:
     """Return the different comparisons of all lines by what they measure."""
     found: dict[str, dict[Comparison, None]] = {}
     for condition in conditions:
@@ -189,10 +195,10 @@ class _Reading:
         if isinstance(proof.detail, Comparison):
             return _compare_value(proof, proof.detail, value)
         states = [self.state(child, measure, value) for child in proof.children]
-        return _combined(proof, proof.detail, states)
+        return _combine_states(proof, proof.detail, states)
 
 
-def _combined(proof: Proof, step: Note, states: list[State]) -> State:
+def _combine_states(proof: Proof, step: Note, states: list[State]) -> State:
     match step.name, states:
         case "all" | "short", _:
             return _joined(states)

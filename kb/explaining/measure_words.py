@@ -3,7 +3,13 @@
 import re
 from collections.abc import Mapping
 
-__all__ = ["height_words", "limit_words", "measure_words", "ratio_words", "with_roles"]
+__all__ = [
+    "describe_height",
+    "describe_limit",
+    "describe_ratio",
+    "measure_words",
+    "replace_faces_by_roles",
+]
 
 # Heights are above the lowest point of the thing, but for an own height.
 _HEIGHTS = {
@@ -32,11 +38,11 @@ def measure_words(measure: str) -> str:
     return re.sub(r"(?<=[a-z)])([-+])(?=[a-z(])", r" \1 ", words) if words != measure else measure
 
 
-def ratio_words(measure: str) -> tuple[str, str]:
+def describe_ratio(measure: str) -> tuple[str, str]:
     """Return the measure and the whole that it is a share of, empty where the measure is no ratio
     of two.
 
-    >>> ratio_words("width(f1)/length(f1)"), ratio_words("fill(f1)")
+    >>> describe_ratio("width(f1)/length(f1)"), describe_ratio("fill(f1)")
     (('width(f1)', ' of length(f1)'), ('fill(f1)', ''))
     """
     found = _RATIO.fullmatch(measure)
@@ -45,10 +51,10 @@ def ratio_words(measure: str) -> tuple[str, str]:
     return measure_words(found[1]), f" of {measure_words(found[2])}"
 
 
-def height_words(measure: str) -> str:
+def describe_height(measure: str) -> str:
     """Return the thing that a height belongs to; empty for what is none.
 
-    >>> height_words("elevation(f1)"), height_words("width(f1)")
+    >>> describe_height("elevation(f1)"), describe_height("width(f1)")
     ("of f1's middle", '')
     """
     found = _HEIGHT.fullmatch(measure)
@@ -56,10 +62,10 @@ def height_words(measure: str) -> str:
     return words.removeprefix("the height ") if words.startswith("the height ") else ""
 
 
-def limit_words(limit: str) -> str:
+def describe_limit(limit: str) -> str:
     """Return a limit that was measured itself, as an author would write it.
 
-    >>> limit_words("0.75*thing_height(t1)"), limit_words("width(f2)")
+    >>> describe_limit("0.75*thing_height(t1)"), describe_limit("width(f2)")
     ("75 % of the height of t1's highest point", 'width(f2)')
     """
     share = _SHARE.match(limit)
@@ -69,11 +75,13 @@ def limit_words(limit: str) -> str:
     return f"{100 * float(share[1]):g} % of {whole}"
 
 
-def with_roles(text: str, roles: Mapping[str, str]) -> str:
+def replace_faces_by_roles(text: str, roles: Mapping[str, str]) -> str:
     """Return the text with the parts that faces play in place of the faces' names.
 
-    >>> with_roles("height of f1's middle", {"f1": "seat"}), with_roles("fill(f1)", {"f1": "seat"})
-    ("height of the seat's middle", 'fill(seat)')
+    >>> replace_faces_by_roles("height of f1's middle", {"f1": "seat"})
+    "height of the seat's middle"
+    >>> replace_faces_by_roles("fill(f1)", {"f1": "seat"})
+    'fill(seat)'
     """
 
     def role(match: re.Match[str]) -> str:

@@ -4,7 +4,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, TypeAlias
 
-from facetlog.kb.explaining.amounts import amount, deviation, length_words, measured, with_unit
+from facetlog.kb.explaining.amounts import (
+    amount,
+    deviation,
+    format_lengths,
+    format_with_unit,
+    measured,
+)
 from facetlog.perception.facts.fact_schema import FACT_KINDS, ArgumentKind, FactKind, Value
 
 __all__ = [
@@ -83,7 +89,7 @@ class VertexOrigin(_Named):
     def _format_position(self, length_unit: str | None) -> str:
         if self.position is None:
             return ""
-        return f" at {length_words(self.position, max(self.sd or (0.0,)), length_unit or '')}"
+        return f" at {format_lengths(self.position, max(self.sd or (0.0,)), length_unit or '')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +105,7 @@ class Plane:
         """Return the plane, its offset in a unit that suits."""
         normal = ", ".join(f"{x + 0.0:.3f}" for x in (round(x, 3) for x in self.normal))
         tilt = "" if self.tilt_sd_deg is None else f" ± {self.tilt_sd_deg:.2g}°"
-        offset = length_words((self.offset,), self.offset_sd or 0.0, length_unit or "")
+        offset = format_lengths((self.offset,), self.offset_sd or 0.0, length_unit or "")
         return f"plane with outward normal ({normal}){tilt}, offset {offset}"
 
 
@@ -143,7 +149,7 @@ class EdgeOrigin(_Named):
         """Return the edge, then its ends."""
         said = [self.evidence or "of unknown evidence"]
         if self.length is not None:
-            length = length_words((self.length,), self.length_sd or 0.0, length_unit or "")
+            length = format_lengths((self.length,), self.length_sd or 0.0, length_unit or "")
             said.append(f"{length} long")
         if self.support is not None:
             said.append(f"{self.support:.0%} of it found in the views")
@@ -177,12 +183,12 @@ class PieceOrigin(_Named):
         said = ["measured" if self.is_measured else "implied"]
         if self.thing:
             said.append(f"part of {self.thing}")
-        said.append(length_words(self.size, self.size_sd, length_unit or "", sign=" × "))
-        said += _raised(self.heights, length_unit)
+        said.append(format_lengths(self.size, self.size_sd, length_unit or "", sign=" × "))
+        said += _iter_height_texts(self.heights, length_unit)
         if self.curved_share > 0.0:
             said.append(f"{self.curved_share:.0%} of its surface curved")
         yield f"{self.name}: a piece, {', '.join(said)}"
-        yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
+        yield from _iter_item_lines(self.faces, "face", full=full, length_unit=length_unit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,12 +210,12 @@ class OpeningOrigin(_Named):
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
         """Return the opening with what frames it, then the faces that it is in."""
         said = [f"through {self.thing}"] if self.thing else []
-        said.append(length_words(self.size, self.size_sd, length_unit or "", sign=" × "))
-        said += _raised(self.heights, length_unit)
+        said.append(format_lengths(self.size, self.size_sd, length_unit or "", sign=" × "))
+        said += _iter_height_texts(self.heights, length_unit)
         if self.pieces:
             said.append(f"framed by {', '.join(self.pieces)}")
         yield f"{self.name}: an opening, {', '.join(said)}"
-        yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
+        yield from _iter_item_lines(self.faces, "face", full=full, length_unit=length_unit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,11 +232,11 @@ class ThingOrigin(_Named):
         """Return the thing, then its faces and loose edges."""
         size = ""
         if self.size is not None:
-            size = f", {length_words(self.size, 0.0, length_unit or '', sign=' × ')}"
+            size = f", {format_lengths(self.size, 0.0, length_unit or '', sign=' × ')}"
         loose = f" and {_count(len(self.edges), 'loose edge')}" if self.edges else ""
         yield f"{self.name}: a thing of {_count(len(self.faces), 'face')}{loose}{size}"
-        yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
-        yield from _item_lines(self.edges, "loose edge", full=full, length_unit=length_unit)
+        yield from _iter_item_lines(self.faces, "face", full=full, length_unit=length_unit)
+        yield from _iter_item_lines(self.edges, "loose edge", full=full, length_unit=length_unit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,7 +269,7 @@ class FactOrigin(_Named):
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
         """Return the facts, then what they name."""
         shown = len(self.facts) if full else SHOWN
-        yield from (_fact_words(*fact, length_unit) for fact in self.facts[:shown])
+        yield from (_format_fact(*fact, length_unit) for fact in self.facts[:shown])
         yield from _iter_rest_line(len(self.facts) - shown, "fact")
         named = len(self.of) if full else SHOWN
         for origin in self.of[:named]:
@@ -292,7 +298,7 @@ Origin: TypeAlias = (
 """Where something of a scene comes from; each has lines() and to_json()."""
 
 
-def _item_lines(
+def _iter_item_lines(
     items: Sequence[FaceOrigin | EdgeOrigin], noun: str, *, full: bool, length_unit: str | None
 ) -> Iterator[str]:
     """Return the first of some faces or edges, indented, and how many more there are."""
@@ -302,11 +308,13 @@ def _item_lines(
     yield from _iter_rest_line(len(items) - shown, noun)
 
 
-def _raised(heights: tuple[float, float, float] | None, length_unit: str | None) -> Iterator[str]:
+def _iter_height_texts(
+    heights: tuple[float, float, float] | None, length_unit: str | None
+) -> Iterator[str]:
     """From where to where something reaches above its thing's lowest point, where that is known."""
     if heights is not None:
         low, high, sd = heights
-        yield f"{length_words((low, high), sd, length_unit or '', sign=' to ')} up"
+        yield f"{format_lengths((low, high), sd, length_unit or '', sign=' to ')} up"
 
 
 def _indent_lines(lines: Iterator[str]) -> Iterator[str]:
@@ -325,14 +333,14 @@ def _iter_rest_line(count: int, noun: str, plural: str = "") -> Iterator[str]:
 _UNITS = {ArgumentKind.DEGREES: "°", ArgumentKind.PIXELS: "px"}
 
 
-def _fact_words(functor: str, args: Sequence[Value], length_unit: str | None) -> str:
+def _format_fact(functor: str, args: Sequence[Value], length_unit: str | None) -> str:
     """Return the fact in words; as a term where the schema does not have it.
 
-    >>> _fact_words("elevation", ("f1", 0.15232, 3.95e-05), "m")
+    >>> _format_fact("elevation", ("f1", 0.15232, 3.95e-05), "m")
     'elevation(f1) = 152.3 ± 0.04 mm'
-    >>> _fact_words("thing_size", ("t1", 0.2541, 0.2034, 0.15), "m")
+    >>> _format_fact("thing_size", ("t1", 0.2541, 0.2034, 0.15), "m")
     'thing_size(t1): L = 25.41 cm, W = 20.34 cm, H = 15 cm'
-    >>> _fact_words("convex", ("f1", "f2"), "m")
+    >>> _format_fact("convex", ("f1", "f2"), "m")
     'convex(f1, f2)'
     """
     kind = FACT_KINDS.get(functor)
@@ -358,16 +366,16 @@ def _iter_values(
         own = f"Sd{argument.name}"
         following = place + 1 < kind.arity and names[place + 1] == "Sd"
         spread = args[names.index(own)] if own in names else args[place + 1] if following else 0.0
-        yield argument.name, _value(argument.kind, value, spread, length_unit)
+        yield argument.name, _format_value(argument.kind, value, spread, length_unit)
 
 
-def _value(kind: ArgumentKind, value: Value, spread: Value, length_unit: str | None) -> str:
+def _format_value(kind: ArgumentKind, value: Value, spread: Value, length_unit: str | None) -> str:
     if isinstance(value, str) or isinstance(spread, str):
         return str(value)
     if kind in (ArgumentKind.LENGTH, ArgumentKind.AREA):
         square = "²" if kind is ArgumentKind.AREA else ""
-        return length_words((value,), spread, f"{length_unit}{square}" if length_unit else "")
+        return format_lengths((value,), spread, f"{length_unit}{square}" if length_unit else "")
     unit = _UNITS.get(kind, "")
     said = deviation(value, spread)
     number = measured(value, spread) if said else amount(value)
-    return f"{with_unit(number, unit)}{f' ± {with_unit(said, unit)}' if said else ''}"
+    return f"{format_with_unit(number, unit)}{f' ± {format_with_unit(said, unit)}' if said else ''}"

@@ -14,13 +14,13 @@ from facetlog.kb.explaining.amounts import (
     Unit,
     amount,
     beside,
+    choose_unit_for,
     deviation,
+    format_sd_count,
+    format_with_unit,
     measured,
-    sd_count,
-    suiting,
-    with_unit,
 )
-from facetlog.kb.explaining.measure_words import limit_words, measure_words, ratio_words
+from facetlog.kb.explaining.measure_words import describe_limit, describe_ratio, measure_words
 
 __all__ = [
     "MARKS",
@@ -102,7 +102,7 @@ class Within:
                 region = f"{self.sort.replace('_', ' ')} {', '.join(limits)}"
         if self.fading > 0:
             region = f"{region} fading over {amount(unit.of(self.fading))}"
-        return region if unit.is_degree else with_unit(region, unit.name)
+        return region if unit.is_degree else format_with_unit(region, unit.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ class Shortfall:
         """For example '3.8° short'."""
         word = "short" if self.side is Side.BELOW else "over"
         missing = amount(float(measured(unit.of(self.amount), self.sd / unit.size)))
-        return f"{with_unit(missing, unit.name)} {word}"
+        return f"{format_with_unit(missing, unit.name)} {word}"
 
     def to_json(self) -> dict[str, Any]:
         """Return the shortfall as plain data."""
@@ -163,28 +163,28 @@ class Comparison:
             case _:
                 return ""
 
-    def written_in(self, length_unit: str | None) -> Unit:
+    def choose_unit_of_value(self, length_unit: str | None) -> Unit:
         """Return the unit in which value, deviation, limits and what is missing are all written."""
         if self.kind == "ratio":
             return PERCENT
         missing = () if self.shortfall is None else (self.shortfall.amount,)
         limits = (*self.within.limits, self.within.fading)
-        return suiting(self.unit(length_unit), self.value, self.sd, *limits, *missing)
+        return choose_unit_for(self.unit(length_unit), self.value, self.sd, *limits, *missing)
 
     def text(self, length_unit: str | None, *, with_sd: bool = True) -> str:
         """For example 'angle(f1, f2) = 90.3° ± 0.4°'."""
-        unit, measure, end = self.written_in(length_unit), measure_words(self.measure), ""
+        unit, measure, end = self.choose_unit_of_value(length_unit), measure_words(self.measure), ""
         if self.kind == "ratio":
-            measure, end = ratio_words(self.measure)
+            measure, end = describe_ratio(self.measure)
         value, sd = unit.of(self.value), self.sd / unit.size
         number, spread = measured(value, sd), deviation(value, sd)
         if not spread:
             number = beside(value, *map(unit.of, self.within.limits))
         if not spread or not with_sd:
-            return f"{measure} = {with_unit(number, unit.name)}{end}"
+            return f"{measure} = {format_with_unit(number, unit.name)}{end}"
         # A degree sign belongs to each number, a unit that is a word to both.
-        number = with_unit(number, unit.name if unit.is_degree else "")
-        return f"{measure} = {number} ± {with_unit(spread, unit.name)}{end}"
+        number = format_with_unit(number, unit.name if unit.is_degree else "")
+        return f"{measure} = {number} ± {format_with_unit(spread, unit.name)}{end}"
 
     @property
     def nearness(self) -> Nearness:
@@ -194,11 +194,11 @@ class Comparison:
         sd = self.sd if self.shortfall is None else self.shortfall.sd
         return nearness(change, self.value, sd, self.kind)
 
-    def _broken_limit(self) -> str:
+    def _describe_missed_limit(self) -> str:
         """Return the limit that the value misses, if it was measured itself; else an empty text."""
         if self.shortfall is None or self.within.sort == "near" or not self.limits:
             return ""
-        return limit_words(self.limits[0 if self.shortfall.side is Side.BELOW else -1])
+        return describe_limit(self.limits[0 if self.shortfall.side is Side.BELOW else -1])
 
     def sentence(self, state: State, length_unit: str | None) -> str:
         """Return the value, the region, and by how much it misses."""
@@ -212,7 +212,7 @@ class Comparison:
         Of a value that holds the region, then the deviation; of one that misses the deviations,
         then by how much. What should not be and is not `is_wanted` to miss nothing.
         """
-        unit = self.written_in(length_unit)
+        unit = self.choose_unit_of_value(length_unit)
         text, bare = self.text(length_unit), self.text(length_unit, with_sd=False)
         region = self.within.text(unit)
         if state is State.UNKNOWN and self.unseen is not None:
@@ -220,10 +220,12 @@ class Comparison:
         if not is_wanted and state is State.FAILS:
             return f"{text}, not {region}", f"{bare}, not {region}", bare
         if self.shortfall is not None:
-            sds = "" if self.shortfall.sds is None else f", {sd_count(self.shortfall.sds)} sd"
+            sds = (
+                "" if self.shortfall.sds is None else f", {format_sd_count(self.shortfall.sds)} sd"
+            )
             miss = self.shortfall.text(unit)
             so_far = " so far, but there may be more" if state is State.UNKNOWN else ""
-            needs, limit = f"needs {region}", self._broken_limit()
+            needs, limit = f"needs {region}", self._describe_missed_limit()
             lack = f"{needs} ({limit}): {miss}"
             whole = (
                 f"{text}, {lack}{sds}{so_far}",
@@ -249,7 +251,8 @@ class Comparison:
         # Which of both is so hangs on space that nobody saw.
         free, full = (amount(unit.of(value)) for value in self.unseen or ())
         measure = measure_words(self.measure)
-        ends = f"{measure} = {with_unit(free, unit.name)} or {with_unit(full, unit.name)}"
+        least, most = (format_with_unit(each, unit.name) for each in (free, full))
+        ends = f"{measure} = {least} or {most}"
         return (
             f"{ends}, as what was not seen is free or full, needs {region}",
             f"{ends} (unseen space free or full), {region}",
@@ -318,10 +321,10 @@ class Proof:
             return
         if isinstance(self.detail, Comparison) and self.detail.shortfall is not None:
             yield self.detail
-        for child in self._wanting():
+        for child in self._list_wanting_steps():
             yield from child.shortfalls()
 
-    def _wanting(self) -> tuple["Proof", ...]:
+    def _list_wanting_steps(self) -> tuple["Proof", ...]:
         """Return the children that should have held: of groups that are counted, the next best."""
         if self.name == "implies":
             return self.children[1:]

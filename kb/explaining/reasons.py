@@ -60,8 +60,8 @@ def reason(proof: Proof) -> Reason | None:
         return None if holds else Reason(proof, holds)
     different: dict[object, _Step] = {}
     for step in steps:
-        different.setdefault(_meaning(step.proof), step)
-    first = min(different.values(), key=lambda step: _nearness(step.proof))
+        different.setdefault(_build_meaning_key(step.proof), step)
+    first = min(different.values(), key=lambda step: _measure_step_nearness(step.proof))
     return Reason(first.proof, holds, first.is_wanted, len(different) - 1)
 
 
@@ -116,7 +116,7 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
             if proof.is_void:
                 return ()
             return of(then) if then.state is proof.state else of(where)
-    if holds and beside and _says_how_seen(proof):
+    if holds and beside and _is_about_seeing(proof):
         return ()
     return (_Step(proof, is_wanted),)
 
@@ -129,7 +129,7 @@ def _is_exempt(proof: Proof) -> bool:
         case "not":
             (inside,) = proof.children
             nothing = inside.name == "any" and not inside.children
-            return nothing or _says_how_seen(inside)
+            return nothing or _is_about_seeing(inside)
         case "if_known":
             return proof.children[0].state is State.UNKNOWN
         case "not_applied":
@@ -141,11 +141,11 @@ def _is_exempt(proof: Proof) -> bool:
     return False
 
 
-def _says_how_seen(proof: Proof) -> bool:
+def _is_about_seeing(proof: Proof) -> bool:
     return proof.name == "fact" and proof.test.partition("(")[0] in HOW_SEEN
 
 
-def _meaning(proof: Proof) -> object:
+def _build_meaning_key(proof: Proof) -> object:
     """Return a key that is equal for steps that say the same: of two faces in either order."""
     what = proof.detail.measure if isinstance(proof.detail, Comparison) else proof.test
     words = tuple(sorted(re.findall(r"[\w.]+", what)))
@@ -154,7 +154,7 @@ def _meaning(proof: Proof) -> object:
     return words, proof.state
 
 
-def _nearness(proof: Proof) -> tuple[bool, Nearness]:
+def _measure_step_nearness(proof: Proof) -> tuple[bool, Nearness]:
     """Sort steps from the one that is nearest to its limit; those without one come last."""
     if isinstance(proof.detail, Comparison):
         return False, proof.detail.nearness

@@ -38,12 +38,12 @@ def _decode_value(term: Term, kind: Any, decoders: Decoders) -> Any:
     arguments = get_args(kind)
     origin = get_origin(kind)
     if origin is tuple:
-        return _tuple(term, arguments, decoders)
+        return _decode_tuple(term, arguments, decoders)
     if origin in (Union, UnionType):
-        return _union(term, arguments, decoders)
+        return _decode_union(term, arguments, decoders)
     if isinstance(term, Struct) and isinstance(kind, type) and is_dataclass(kind):
         record: Any = kind
-        types = _field_types(kind)
+        types = _list_field_types(kind)
         if len(term.args) <= len(types):
             pairs = zip(term.args, types, strict=False)
             return record(*(_decode_value(argument, one, decoders) for argument, one in pairs))
@@ -59,7 +59,7 @@ def _decode_value(term: Term, kind: Any, decoders: Decoders) -> Any:
     raise unreadable(term)
 
 
-def _tuple(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> tuple[Any, ...]:
+def _decode_tuple(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> tuple[Any, ...]:
     if isinstance(term, tuple) and kinds[1:] == (...,):
         return tuple(_decode_value(item, kinds[0], decoders) for item in term)
     if isinstance(term, Struct) and len(term.args) == len(kinds):
@@ -68,7 +68,7 @@ def _tuple(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> tuple[Any,
     raise unreadable(term)
 
 
-def _union(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> Any:
+def _decode_union(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> Any:
     if NoneType in kinds and isinstance(term, tuple):
         return _decode_value(term[0], kinds[0], decoders) if term else None
     if isinstance(term, Struct):
@@ -83,6 +83,6 @@ def _union(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> Any:
 
 
 @cache
-def _field_types(kind: type) -> tuple[Any, ...]:
+def _list_field_types(kind: type) -> tuple[Any, ...]:
     hints = get_type_hints(kind)
     return tuple(hints[field.name] for field in fields(kind) if field.init)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from facetlog.kb.explaining.proof import MARKS, Proof, State
 
-__all__ = ["Step", "first_reason", "steps", "trace"]
+__all__ = ["Step", "describe_first_reason", "steps", "trace"]
 
 _OPEN = f"{MARKS[State.UNKNOWN]} not known"
 
@@ -13,20 +13,22 @@ _OPEN = f"{MARKS[State.UNKNOWN]} not known"
 HOLDING_SHOWN = 6
 
 
-def first_reason(proof: Proof, length_unit: str | None = None) -> str:
+def describe_first_reason(proof: Proof, length_unit: str | None = None) -> str:
     """Return the first reason for the state, in words."""
     if proof.name == "not" and proof.children:
-        reason = first_reason(proof.children[0], length_unit)
+        reason = describe_first_reason(proof.children[0], length_unit)
         return f"{reason}, which should not be" if proof.state is State.FAILS else reason
     if proof.name == "implies":
-        then = "" if proof.is_void else f"then {first_reason(proof.children[1], length_unit)}"
+        then = (
+            "" if proof.is_void else f"then {describe_first_reason(proof.children[1], length_unit)}"
+        )
         return f"{_describe_condition_of(proof, length_unit)}{then}"
     same = [child for child in proof.children if child.state is proof.state]
     if proof.name == "counted" or not same:
         return proof.sentence(length_unit)
     # Of alternatives that all fail, the one that lacks least is worth saying.
     first = min(same, key=Proof.lacking) if proof.name == "any" else same[0]
-    return first_reason(first, length_unit)
+    return describe_first_reason(first, length_unit)
 
 
 class Step(NamedTuple):
@@ -48,7 +50,7 @@ def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
     are more than a few of many steps that hold written out, nor anything twice.
     """
     if proof.name == "not" and not proof.children[0].children:
-        yield Step(depth, f"{MARKS[proof.state]} {first_reason(proof, length_unit)}")
+        yield Step(depth, f"{MARKS[proof.state]} {describe_first_reason(proof, length_unit)}")
         return
     if proof.name == "implies":
         yield from _iter_implication_steps(proof, length_unit, depth)
@@ -60,7 +62,7 @@ def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
     shown: set[tuple[Step, ...]] = set()
     open_ones: set[Step] = set()
     holding = 0
-    for child in _shown_children(proof):
+    for child in _list_shown_children(proof):
         holding += child.state is State.HOLDS
         if child.state is State.HOLDS and holding > HOLDING_SHOWN:
             continue
@@ -87,7 +89,7 @@ def _iter_implication_steps(proof: Proof, length_unit: str | None, depth: int) -
 
 
 def _describe_condition_of(proof: Proof, length_unit: str | None) -> str:
-    where = f"where {first_reason(proof.children[0], length_unit)}, "
+    where = f"where {describe_first_reason(proof.children[0], length_unit)}, "
     return f"{where}nothing is required" if proof.is_void else where
 
 
@@ -99,11 +101,11 @@ def _joins(proof: Proof) -> bool:
     return proof.name in ("short", "if_known", "all")
 
 
-def _shown_children(proof: Proof) -> tuple[Proof, ...]:
+def _list_shown_children(proof: Proof) -> tuple[Proof, ...]:
     if proof.name == "any":
         if proof.state is State.HOLDS:
             return tuple(c for c in proof.children if c.state is State.HOLDS)
-        return tuple(c for child in proof.children for c in _alternatives(child))
+        return tuple(c for child in proof.children for c in _split_alternatives(child))
     if proof.name == "counted":
         # Those that hold are too many, or enough; else the best of the others are what lacks.
         others = tuple(c for c in proof.children if c.state is not State.HOLDS)
@@ -112,12 +114,12 @@ def _shown_children(proof: Proof) -> tuple[Proof, ...]:
     return proof.children
 
 
-def _alternatives(proof: Proof) -> tuple[Proof, ...]:
+def _split_alternatives(proof: Proof) -> tuple[Proof, ...]:
     """Return an alternative that itself lists alternatives, taken apart."""
     if proof.state is State.HOLDS or not proof.children:
         return (proof,)
     if proof.name == "short":
-        return _alternatives(proof.children[0])
+        return _split_alternatives(proof.children[0])
     if proof.name == "any":
-        return tuple(c for child in proof.children for c in _alternatives(child))
+        return tuple(c for child in proof.children for c in _split_alternatives(child))
     return (proof,)

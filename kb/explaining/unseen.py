@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.kb.explaining.amounts import with_unit
+from facetlog.kb.explaining.amounts import format_with_unit
 from facetlog.kb.explaining.sight import ImpliedFace, Place, Point, Sight
 from facetlog.kb.explaining.wording import listed
 from facetlog.perception.facts.fact_schema import FEWEST_VIEWS
@@ -88,36 +88,36 @@ def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, .
     if sight.whole:
         return ()
     if not sight.points:
-        return tuple(map(Unseen, _nothing_found(len(sight.places))))
+        return tuple(map(Unseen, _iter_no_face_reasons(len(sight.places))))
     points = np.array(sight.points)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     seers = tuple(p for p in sight.places if p.count != 0 and p.at != tuple(middle.tolist()))
     up = None if sight.up is None else np.array(sight.up)
     about = Looked(thing, middle, seers, up, length_unit)
-    found = list(_least_looked_at(sight, about))
-    found.extend(_unseen_space(sight, about, found))
+    found = list(_iter_unseen_sides(sight, about))
+    found.extend(_iter_unseen_space(sight, about, found))
     found.extend(map(Unseen, _iter_missed_reasons(sight, thing)))
     return tuple(found)
 
 
-def _least_looked_at(sight: Sight, about: "Looked") -> Iterator[Unseen]:
+def _iter_unseen_sides(sight: Sight, about: "Looked") -> Iterator[Unseen]:
     steps = about.steps() if about.seers else np.array(sight.normals).reshape(-1, 3)
     if not len(steps):
         return
     towards = steps / np.linalg.norm(steps, axis=1)[:, None]
-    for direction, off in _least_seen(towards, about.up):
+    for direction, off in _iter_least_seen_directions(towards, about.up):
         if off <= NEAR_DEG or any(map(partial(_is_near, _to_point(direction)), sight.normals)):
             continue  # someone looked from there, or a face that looks there was found
         if about.seers:
-            yield _not_looked_from(about.level_with_views(direction), off, about)
+            yield _describe_unseen_side(about.raise_to_view_height(direction), off, about)
         else:
-            side = axis_words(direction)
+            side = describe_axis(direction)
             why = f"no face that was found of {about.name} faces towards {side}"
             look = f"look at it from the side towards {side}"
             yield Unseen(why, look, _to_point(direction))
 
 
-def _not_looked_from(direction: Vector, off: float, about: "Looked") -> Unseen:
+def _describe_unseen_side(direction: Vector, off: float, about: "Looked") -> Unseen:
     way = about.way(direction)
     why = f"no view looks at {about.name} from {way.side}"
     if GRAZING_DEG <= off < 90:
@@ -125,7 +125,7 @@ def _not_looked_from(direction: Vector, off: float, about: "Looked") -> Unseen:
     return Unseen(why, f"look at it {way.go}", _to_point(direction), way.at)
 
 
-def _unseen_space(sight: Sight, about: "Looked", said: Sequence[Unseen]) -> Iterator[Unseen]:
+def _iter_unseen_space(sight: Sight, about: "Looked", said: Sequence[Unseen]) -> Iterator[Unseen]:
     """Return the side from which most of the unseen space would show, if nothing said is near
     there."""
     # Of directions as good the first, whatever their last digits.
@@ -134,14 +134,14 @@ def _unseen_space(sight: Sight, about: "Looked", said: Sequence[Unseen]) -> Iter
         return
     towards, share = best
     if share < LEAST_SHOWN:
-        yield _seen_from_within(sight, about)
+        yield _explain_enclosed_space(sight, about)
         return
     if any(found.direction and _is_near(found.direction, towards) for found in said):
         return
     why = f"there is space round {about.name} that nobody looked into"
     most = f"{100 * share:.0f} % of it would show from there"
     if not about.seers:
-        side = axis_words(np.array(towards))
+        side = describe_axis(np.array(towards))
         yield Unseen(why, f"look at it from the side towards {side}: {most}", towards, space=True)
         return
     way = about.way(np.array(towards))
@@ -155,7 +155,7 @@ def _unseen_space(sight: Sight, about: "Looked", said: Sequence[Unseen]) -> Iter
         yield Unseen(why, f"look at it {way.go}: {most}", towards, way.at, space=True)
 
 
-def _seen_from_within(sight: Sight, about: "Looked") -> Unseen:
+def _explain_enclosed_space(sight: Sight, about: "Looked") -> Unseen:
     """Return why unseen space shows from nowhere: surface goes all round it."""
     points = np.array(sight.points)
     places = np.array([seer.at for seer in about.seers]).reshape(-1, 3)
@@ -172,7 +172,7 @@ def _is_near(direction: Point, other: Point) -> bool:
     return cosine > math.cos(math.radians(NEAR_DEG))
 
 
-def _nothing_found(views: int) -> Iterator[str]:
+def _iter_no_face_reasons(views: int) -> Iterator[str]:
     found = f"a face is found where at least {FEWEST_VIEWS} agree on it"
     if 0 < views < FEWEST_VIEWS:
         yield f"there {'are' if views > 1 else 'is'} but {views} view{'s' * (views > 1)}: {found}"
@@ -193,10 +193,10 @@ def _iter_missed_reasons(sight: Sight, thing: str) -> Iterator[str]:
         shown = ", ".join(past[:4]) + (" …" if len(past) > 4 else "")
         yield f"outside the pictures: nothing of {thing} was found in {shown}"
     for face in sight.implied:
-        yield f"{face.name} was not measured: {_missed_face(face)}"
+        yield f"{face.name} was not measured: {_explain_missed_face(face)}"
 
 
-def _missed_face(face: ImpliedFace) -> str:
+def _explain_missed_face(face: ImpliedFace) -> str:
     """Return why a face is only known from its neighbours."""
     if not face.looks:
         return "every view is behind it, or looks along it"
@@ -217,7 +217,9 @@ def _missed_face(face: ImpliedFace) -> str:
 # ---- directions
 
 
-def _least_seen(towards: Vector, up: Vector | None) -> Iterator[tuple[Vector, float]]:
+def _iter_least_seen_directions(
+    towards: Vector, up: Vector | None
+) -> Iterator[tuple[Vector, float]]:
     """Return the directions farthest from all (n, 3) that it was seen from, and by how many
     degrees.
 
@@ -225,7 +227,7 @@ def _least_seen(towards: Vector, up: Vector | None) -> Iterator[tuple[Vector, fl
     """
     if up is None:
         axes = np.array(list(AXES.values()), dtype=np.float64)
-        angles = _least_angles(axes, towards)
+        angles = _compute_least_angles(axes, towards)
         yield axes[angles.argmax()], float(angles.max())
         return
     flat = towards - np.outer(towards @ up, up)
@@ -238,10 +240,10 @@ def _least_seen(towards: Vector, up: Vector | None) -> Iterator[tuple[Vector, fl
         widest = np.round(gaps, DIGITS).argmax()
         middle = turns[widest] + gaps[widest] / 2
         yield math.cos(middle) * ahead + math.sin(middle) * left, math.degrees(gaps.max() / 2)
-    yield up, float(_least_angles(up[None], towards)[0])
+    yield up, float(_compute_least_angles(up[None], towards)[0])
 
 
-def _least_angles(directions: Vector, others: Vector) -> Vector:
+def _compute_least_angles(directions: Vector, others: Vector) -> Vector:
     cosines = (directions @ others.T).max(axis=1)
     angles: Vector = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
     return angles
@@ -283,7 +285,7 @@ class Looked:
         """Return the ways (n, 3) from its middle to the places."""
         return np.array([place.at for place in self.seers]).reshape(-1, 3) - self.middle
 
-    def level_with_views(self, direction: Vector) -> Vector:
+    def raise_to_view_height(self, direction: Vector) -> Vector:
         """Return the direction, as high as most views: it shows from there what they show from
         theirs.
 
@@ -308,7 +310,7 @@ class Looked:
             named = f"{nearest.name} ({nearest.picture})"
         x, y, z = place.tolist()
         if self.up is None:
-            side = f"the side towards {axis_words(direction)}"
+            side = f"the side towards {describe_axis(direction)}"
             return Way((x, y, z), side, f"from there, from as far away as {named} is")
         step = place - np.array(nearest.at)
         forward = self.middle - np.array(nearest.at)
@@ -317,7 +319,7 @@ class Looked:
         ahead = size > UPRIGHT * away
         forward = forward / size if ahead else np.cross(self.up, np.roll(self.up, 1))
         left = np.cross(self.up, forward)
-        side = _side_words(direction, forward, left, self.up)
+        side = _describe_side(direction, forward, left, self.up)
         side += "" if side == "above" else f", as {nearest.name} sees it"
         moves = [
             f"{self._length(step @ axis, away)} {ways[int(step @ axis < 0)]}"
@@ -333,19 +335,19 @@ class Looked:
         if self.length_unit is None:
             return f"{abs(value) / away:.1f} of the distance"
         size = abs(value)
-        return with_unit(f"{size:.1f}" if size >= 0.1 else f"{size:.2f}", self.length_unit)
+        return format_with_unit(f"{size:.1f}" if size >= 0.1 else f"{size:.2f}", self.length_unit)
 
 
-def axis_words(direction: Vector) -> str:
+def describe_axis(direction: Vector) -> str:
     """Return the axis, or the two, that a direction lies nearest to.
 
-    >>> axis_words(np.array([1.0, 0.0, 0.1])), axis_words(np.array([0.6, -0.8, 0.0]))
+    >>> describe_axis(np.array([1.0, 0.0, 0.1])), describe_axis(np.array([0.6, -0.8, 0.0]))
     ('+x', '+x and -y')
     """
     return " and ".join(name for name, axis in AXES.items() if direction @ axis > 0.45)
 
 
-def _side_words(direction: Vector, forward: Vector, left: Vector, up: Vector) -> str:
+def _describe_side(direction: Vector, forward: Vector, left: Vector, up: Vector) -> str:
     """Return the direction as a viewer calls it who looks along `forward`."""
     if direction @ up > 0.9:
         return "above"

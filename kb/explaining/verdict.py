@@ -10,11 +10,11 @@ from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Sta
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.explaining.verdict_text import (
-    holding_text,
-    miss_lines,
+    format_holding,
+    format_summary_line,
+    iter_miss_lines,
+    iter_verdict_lines,
     summary,
-    summary_line,
-    verdict_lines,
 )
 from facetlog.kb.explaining.wording import CAUSES, LOOKING_SETTLES_NOT
 
@@ -179,7 +179,7 @@ class Verdict:
     @property
     def lacking(self) -> frozenset[str]:
         """Statements about the scene, "up" and "scale", that would settle open conditions."""
-        found = (reason(c.proof) for c in self.conditions_that(State.UNKNOWN))
+        found = (reason(c.proof) for c in self.list_conditions_in_state(State.UNKNOWN))
         notes = (step.step.detail for step in found if step is not None)
         causes = {note.cause for note in notes if isinstance(note, Note)}
         return frozenset(what for what in ("up", "scale") if CAUSES[what] in causes)
@@ -189,7 +189,7 @@ class Verdict:
         """The parts that were not seen; a group of nothing is none."""
         return tuple(part.role for part in self.parts if not part.faces and not part.is_group)
 
-    def conditions_that(self, state: State) -> tuple[Condition, ...]:
+    def list_conditions_in_state(self, state: State) -> tuple[Condition, ...]:
         """Return the conditions of this state, in the order of the file."""
         return tuple(c for c in self.conditions if c.proof.state is state)
 
@@ -201,11 +201,11 @@ class Verdict:
     def lines(self, *, full: bool = False) -> Iterator[str]:
         """Return the verdict and why, a line for each condition; `full` with the whole proof of
         each."""
-        return verdict_lines(self, full=full)
+        return iter_verdict_lines(self, full=full)
 
-    def miss_lines(self) -> Iterator[str]:
+    def iter_miss_lines(self) -> Iterator[str]:
         """Return why this assignment does not hold, first what the least change would mend."""
-        return miss_lines(self)
+        return iter_miss_lines(self)
 
     def to_json(self, *, full: bool = False) -> dict[str, Any]:
         """Return the verdict as plain data, with `full` the whole proof of each condition.
@@ -229,7 +229,7 @@ class Verdict:
             "length_unit": self.length_unit,
             "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in angles],
             "also": self.also,
-            "shortfalls": list(self._shortfalls()),
+            "shortfalls": list(self._iter_least_shortfalls()),
             "conditions": [
                 c.to_json(
                     self.length_unit,
@@ -242,7 +242,7 @@ class Verdict:
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
 
-    def _shortfalls(self) -> Iterator[dict[str, Any]]:
+    def _iter_least_shortfalls(self) -> Iterator[dict[str, Any]]:
         """Yield the shortfalls of each condition: the least of each measure, and each once."""
         given: set[tuple[str, str, float]] = set()
         for condition in self.conditions:
@@ -286,7 +286,7 @@ class Recognition:
         return bool(self.best)
 
     def __repr__(self) -> str:
-        found = holding_text(verdict.summary for verdict in self.best)
+        found = format_holding(verdict.summary for verdict in self.best)
         return f"<Recognition of {self.scene}: {found}>"
 
     def lines(self, *, full: bool = False) -> Iterator[str]:
@@ -296,7 +296,7 @@ class Recognition:
             yield from verdict.lines(full=full)
         for verdict in self.verdicts:
             if verdict.state is not State.HOLDS:
-                yield verdict.summary if full else summary_line(verdict)
+                yield verdict.summary if full else format_summary_line(verdict)
         if not self.verdicts:
             yield "nothing was found that a model could be asked about"
 

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from facetlog.kb.explaining.amounts import deviation, measured, suiting
+from facetlog.kb.explaining.amounts import choose_unit_for, deviation, measured
 from facetlog.kb.explaining.margins import margin
-from facetlog.kb.explaining.measure_words import height_words, with_roles
+from facetlog.kb.explaining.measure_words import describe_height, replace_faces_by_roles
 from facetlog.kb.explaining.proof import MARKS, Comparison, Nearness, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
-from facetlog.kb.explaining.wording import CAUSES, UNSEEN, listed, runs, with_article
+from facetlog.kb.explaining.wording import CAUSES, UNSEEN, add_article, listed, runs
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Part, Verdict
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 __all__ = [
     "NO_MODEL",
     "WIDTH",
-    "holding_text",
+    "format_holding",
+    "format_parts",
+    "format_sizes",
+    "format_summary_line",
+    "iter_miss_lines",
+    "iter_verdict_lines",
     "mark",
-    "miss_lines",
-    "parts_text",
-    "size_texts",
     "summary",
-    "summary_line",
-    "verdict_lines",
 ]
 
 WIDTH = 100
@@ -51,7 +51,7 @@ LAPSED = "~"
 _OF_SEVERAL = CAUSES | {UNSEEN: "a part that they need was not seen"}
 
 
-def holding_text(best: Iterable[str]) -> str:
+def format_holding(best: Iterable[str]) -> str:
     """Return a sentence for each verdict that holds, on one line; that no model matches where there
     is none."""
     return "; ".join(best) or NO_MODEL
@@ -59,28 +59,28 @@ def holding_text(best: Iterable[str]) -> str:
 
 def summary(verdict: "Verdict") -> str:
     """Return one sentence: what it is, or why it is not, or what is missing."""
-    return _summaries(verdict)[0]
+    return _list_summaries(verdict)[0]
 
 
-def summary_line(verdict: "Verdict") -> str:
+def format_summary_line(verdict: "Verdict") -> str:
     """Return the summary on one line."""
-    return _choose_fitting_text(_summaries(verdict))
+    return _choose_fitting_text(_list_summaries(verdict))
 
 
-def _summaries(verdict: "Verdict") -> tuple[str, ...]:
+def _list_summaries(verdict: "Verdict") -> tuple[str, ...]:
     """Return the summaries, the fullest first, then with less and less."""
-    one = with_article(verdict.model)
+    one = add_article(verdict.model)
     if not verdict.thing:
         return (f"nothing was found that could be {one}",)
     if verdict.state is State.HOLDS:
-        which = listed(tuple(map(with_article, verdict.specialises)))
+        which = listed(tuple(map(add_article, verdict.specialises)))
         general = f", which is {which}" if verdict.specialises else ""
         said, sure = f"{verdict.thing} is {one}", f"({verdict.sure:.0%})"
         return f"{said}{general} {sure}", f"{said} {sure}"
     if verdict.state is State.UNKNOWN:
         head = f"{verdict.thing}: {verdict.model} is unknown"
         return tuple(f"{head}{why}" for group in _list_reason_groups(verdict) for why in group)
-    holding = len(verdict.conditions_that(State.HOLDS))
+    holding = len(verdict.list_conditions_in_state(State.HOLDS))
     head = f"{verdict.thing} is no {verdict.model}"
     counts = f" ({holding} of {len(verdict.conditions)} conditions hold)"
     return tuple(
@@ -104,17 +104,22 @@ def _list_reason_groups(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
     if verdict.state is State.UNKNOWN and len(unseen) == len(parts):
         roles = " or ".join(unseen)
         return (f": nothing was measured that could be its {roles}",), (": no part was measured",)
-    if unseen and any(_open_because(c, UNSEEN) for c in verdict.conditions_that(verdict.state)):
+    if unseen and any(
+        _open_because(c, UNSEEN) for c in verdict.list_conditions_in_state(verdict.state)
+    ):
         seen = len(parts) - len(unseen)
         if all(len(role) > 1 for role in unseen):
             return ((f": nothing was measured that could be its {' or '.join(unseen)}",),)
         were = "was" if seen == 1 else "were"
         return ((f": only {seen} of the {len(parts)} parts that it needs {were} measured",),)
-    line, *_ = _by_change(verdict, verdict.state)
+    line, *_ = _sort_by_change(verdict, verdict.state)
     known = "; open: " if verdict.state is State.UNKNOWN else "; fails: "
     # Letters for parts that are alike say less than the names, which pictures show.
     played = {part.faces[0]: part.role for part in parts if part.faces and len(part.role) > 1}
-    texts = tuple(with_roles(text, played) for text in _reason_texts(line, verdict.length_unit))
+    texts = tuple(
+        replace_faces_by_roles(text, played)
+        for text in _list_reason_texts(line, verdict.length_unit)
+    )
     whole = tuple(f"{known}{line.said} – {text}" for text in texts)
     labelled = tuple(f"{known}{line.label} – {text}" for text in texts)
     said = (f"{known}{line.said}",)
@@ -124,19 +129,19 @@ def _list_reason_groups(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
     return (whole, *shorter, (f"{known}{line.label}",))
 
 
-def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
+def iter_verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
     """Return the verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
 
     Conditions that hold because they do not apply to such a thing are counted. Where the verdict
     does not hold, all that hold are.
     """
-    yield summary(verdict) if full else summary_line(verdict)
+    yield summary(verdict) if full else format_summary_line(verdict)
     if verdict.parts:
         yield from _iter_part_lines(verdict, full=full)
     if verdict.sizes:
         yield from _sizes(verdict)
     if full:
-        yield from _assumed(verdict)
+        yield from _iter_assumed_lines(verdict)
         for line in verdict.conditions:
             said = f"{line.label}: {line.said} ({line.proof.low:.0%}){line.origin}"
             yield f"  {MARKS[line.proof.state]} {said}"
@@ -145,7 +150,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
         yield from _iter_unseen_lines(verdict)
     elif verdict.state is State.HOLDS:
         reasons = [(c, found) for c in verdict.conditions if (found := reason(c.proof)) is not None]
-        yield from _conditions((line for line, _ in reasons), verdict.length_unit)
+        yield from _iter_conditions((line for line, _ in reasons), verdict.length_unit)
         unsaid = len(verdict.conditions) - len(reasons)
         if unsaid:
             more = " more" if reasons else ""
@@ -154,12 +159,12 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
         yield from _iter_open_lines(verdict)
 
 
-def miss_lines(verdict: "Verdict") -> Iterator[str]:
+def iter_miss_lines(verdict: "Verdict") -> Iterator[str]:
     """Return why this assignment does not hold: one head line, then only what fails or is open.
 
     For example 't1 is no table with top = f3: 1 of 8 conditions fails'.
     """
-    counts = {state: len(verdict.conditions_that(state)) for state in State}
+    counts = {state: len(verdict.list_conditions_in_state(state)) for state in State}
     fails, unknown = counts[State.FAILS], counts[State.UNKNOWN]
     of_all = f" of {len(verdict.conditions)} conditions"
     said = []
@@ -167,7 +172,7 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
         said.append(f"{fails}{of_all} fail{'s' * (fails == 1)}")
     if unknown:
         said.append(f"{unknown}{'' if fails else of_all} {'is' if unknown == 1 else 'are'} unknown")
-    one = with_article(verdict.model)
+    one = add_article(verdict.model)
     known = f"is no {verdict.model}" if fails else f"may be {one}" if unknown else f"is {one}"
     end = f": {', '.join(said) or 'all hold'}"
     head = f"{verdict.thing} {known}"
@@ -179,16 +184,16 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
 def _iter_open_lines(verdict: "Verdict") -> Iterator[str]:
     """Return what fails, what is open (the least change first), then what holds."""
     for state in (State.FAILS, State.UNKNOWN):
-        lines = _by_change(verdict, state)
+        lines = _sort_by_change(verdict, state)
         for cause, why in _OF_SEVERAL.items():
             same = [line for line in lines if _open_because(line, cause)]
             if len(same) > 1:
                 lines = [line for line in lines if line not in same]
                 which = listed([line.label for line in same])
                 yield from _wrap_line(f"  ? {which}: not known, because {why}")
-        yield from _conditions(lines, verdict.length_unit)
+        yield from _iter_conditions(lines, verdict.length_unit)
     yield from _iter_unseen_lines(verdict)
-    held = verdict.conditions_that(State.HOLDS)
+    held = verdict.list_conditions_in_state(State.HOLDS)
     labels = [c.label for c in held if reason(c.proof) is not None]
     if held:
         more = f" (+ {len(held) - len(labels)} more)" if len(held) > len(labels) else ""
@@ -197,19 +202,19 @@ def _iter_open_lines(verdict: "Verdict") -> Iterator[str]:
         yield _choose_fitting_text((*named, count))
 
 
-def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterator[str]:
+def _iter_conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterator[str]:
     """Return the conditions with the reasons for their states, each reason once."""
     given: set[tuple[str, ...]] = set()
     for line in lines:
-        texts = _reason_texts(line, length_unit)
+        texts = _list_reason_texts(line, length_unit)
         if texts in given:
             yield _format_condition(line, ("for the same reason",))
         else:
-            yield from _condition_with_reason(line, texts)
+            yield from _iter_condition_lines(line, texts)
         given.add(texts)
 
 
-def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
+def _iter_condition_lines(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
     """Return the condition and the reason for its state: the whole of one that fails, is open, or
     compares a measure with limits, which may take a line of its own."""
     found = reason(line.proof)
@@ -232,7 +237,7 @@ def _open_because(line: "Condition", cause: str) -> bool:
     return isinstance(step, Note) and step.cause == CAUSES[cause]
 
 
-def _assumed(verdict: "Verdict") -> Iterator[str]:
+def _iter_assumed_lines(verdict: "Verdict") -> Iterator[str]:
     """Return how much of its space nobody saw, and what it counts as."""
     if verdict.assumed >= LEAST_ASSUMED:
         yield from _wrap_line(
@@ -255,7 +260,7 @@ def _wrap_line(line: str) -> list[str]:
     return textwrap.wrap(line, WIDTH, subsequent_indent=" " * 6)
 
 
-def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
+def _sort_by_change(verdict: "Verdict", state: State) -> "list[Condition]":
     """Return the conditions of this state, first those that the least change would turn.
 
     That of one value that turns the whole verdict, which several conditions may ask, comes before
@@ -263,12 +268,12 @@ def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
     """
     whole = margin(verdict) if state is verdict.state else None
 
-    def mending(line: "Condition") -> tuple[bool, bool, Nearness]:
+    def rank_by_change(line: "Condition") -> tuple[bool, bool, Nearness]:
         found = margin(replace(verdict, conditions=(line,)))
         decides = whole is not None and whole.label == line.label
         return (not decides, found is None, (False, 0.0) if found is None else found.nearness)
 
-    return sorted(verdict.conditions_that(state), key=mending)
+    return sorted(verdict.list_conditions_in_state(state), key=rank_by_change)
 
 
 def _format_condition(line: "Condition", texts: tuple[str, ...]) -> str:
@@ -295,12 +300,12 @@ def _is_lapsed(line: "Condition") -> bool:
     return holds and found is not None and found.is_wanted and found.step.state is State.FAILS
 
 
-def _reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]:
+def _list_reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]:
     found = reason(line.proof)
     return ("it does not apply to such a thing",) if found is None else found.texts(length_unit)
 
 
-def parts_text(verdict: "Verdict") -> str:
+def format_parts(verdict: "Verdict") -> str:
     """Return which faces play which parts, all of them: 'top = f1; leg = f2, f3'."""
     return _named(verdict.parts, "; ")[0]
 
@@ -327,18 +332,18 @@ def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
     return (*forms, between.join(single)) if single else forms
 
 
-def size_texts(verdict: "Verdict") -> tuple[str, ...]:
+def format_sizes(verdict: "Verdict") -> tuple[str, ...]:
     """Return the sizes, each in a unit of its own, in which its deviation can be read as well.
 
     Of heights, of which a thing has several, it is said what they are the height of.
     """
     said = []
     for size in verdict.sizes:
-        unit = suiting(verdict.length_unit or "", size.value, size.sd)
+        unit = choose_unit_for(verdict.length_unit or "", size.value, size.sd)
         value, sd = unit.of(size.value), size.sd / unit.size
         number, spread = measured(value, sd), deviation(value, sd)
         name = f" {unit.name}" if unit.name else ""
-        which = f" ({words})" if (words := height_words(size.measure)) else ""
+        which = f" ({words})" if (words := describe_height(size.measure)) else ""
         said.append(f"{size.name} {number}{f' ± {spread}' if spread else ''}{name}{which}")
     if said and not verdict.length_unit:
         said[-1] += " (units of the scene)"
@@ -346,7 +351,7 @@ def size_texts(verdict: "Verdict") -> tuple[str, ...]:
 
 
 def _sizes(verdict: "Verdict") -> Iterator[str]:
-    first, *others = size_texts(verdict)
+    first, *others = format_sizes(verdict)
     text = f"  sizes: {first}"
     for one in others:
         if len(text) + len(f", {one},") > WIDTH:

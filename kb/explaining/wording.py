@@ -12,13 +12,13 @@ __all__ = [
     "HOW_SEEN",
     "LOOKING_SETTLES_NOT",
     "UNSEEN",
-    "cause_words",
+    "add_article",
+    "describe_cause",
+    "describe_relation",
+    "describe_unknown",
     "listed",
     "readable",
-    "relation_words",
     "runs",
-    "unknown_words",
-    "with_article",
 ]
 
 UNSEEN = "unseen"
@@ -92,27 +92,27 @@ _SAME_AS = {
 }
 
 
-def unknown_words(measure: Term, cause: str) -> str:
+def describe_unknown(measure: Term, cause: str) -> str:
     """Return that a measure is not known; of an unseen face there is no more to say.
 
-    >>> unknown_words(Struct("tilt", (Atom("f1"),)), "up")
+    >>> describe_unknown(Struct("tilt", (Atom("f1"),)), "up")
     'tilt(f1) is not known'
     """
     return "not known" if cause == UNSEEN else f"{readable(measure)} is not known"
 
 
-def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
+def describe_relation(relation: Term, truth: str, cause: str = "none") -> str:
     """Return a relation that is true, false or unknown, as a clause.
 
-    >>> relation_words(Struct("adjoins", (Atom("f1"), Atom("f2"))), "false")
+    >>> describe_relation(Struct("adjoins", (Atom("f1"), Atom("f2"))), "false")
     'f1 and f2 share no edge'
     """
     if cause == UNSEEN:
-        return unknown_words(relation, cause)
+        return describe_unknown(relation, cause)
     match relation:
-        case Struct(name, args) if _word(name) in _RELATIONS:
+        case Struct(name, args) if _strip_word_prefix(name) in _RELATIONS:
             faces = _names(args)
-            true, false = _RELATIONS[_word(name)]
+            true, false = _RELATIONS[_strip_word_prefix(name)]
             unknown = false if name == "openings_known" else f"it is not known whether {true}"
             form = {"true": true, "false": false}.get(truth, unknown)
             # A list of faces may be empty.
@@ -121,12 +121,12 @@ def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
     return {"true": text, "false": f"not {text}"}.get(truth, f"{text} is not known")
 
 
-def cause_words(cause: str, about: Term) -> str:
+def describe_cause(cause: str, about: Term) -> str:
     """Return why a measure or relation is not known, or an empty text.
 
-    >>> cause_words("unstated", Struct("dihedral", (Atom("f1"), Atom("f2"))))[:19]
+    >>> describe_cause("unstated", Struct("dihedral", (Atom("f1"), Atom("f2"))))[:19]
     'they do not adjoin,'
-    >>> cause_words("unstated", Struct("/", (1.0, 0)))
+    >>> describe_cause("unstated", Struct("/", (1.0, 0)))
     'it divides by 0'
     """
     if cause in CAUSES:
@@ -149,10 +149,10 @@ def listed(names: Sequence[str]) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def with_article(noun: str) -> str:
+def add_article(noun: str) -> str:
     """Return a model's name with its article.
 
-    >>> with_article("table"), with_article("armchair")
+    >>> add_article("table"), add_article("armchair")
     ('a table', 'an armchair')
     """
     return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"
@@ -181,13 +181,13 @@ def readable(term: Term) -> str:
     """
     match term:
         case Struct("+" | "-" | "*" | "/" as operator, (left, right)):
-            return f"{_operand(left)}{operator}{_operand(right)}"
+            return f"{_format_operand(left)}{operator}{_format_operand(right)}"
         case Struct("-", (inside,)):
-            return f"-{_operand(inside)}"
+            return f"-{_format_operand(inside)}"
         case Struct("count", (tuple(counted),)):
             return f"count of {_counted(counted)}"
         case Struct(functor, args):
-            return f"{_word(functor)}({', '.join(map(readable, args))})"
+            return f"{_strip_word_prefix(functor)}({', '.join(map(readable, args))})"
         case ():
             return "none"
         case tuple():
@@ -205,7 +205,7 @@ def readable(term: Term) -> str:
             return str(term)
 
 
-def _word(functor: str) -> str:
+def _strip_word_prefix(functor: str) -> str:
     """Return the word as models write it: some have another name in Prolog."""
     return functor.removeprefix("piece_").removeprefix("opening_")
 
@@ -233,7 +233,7 @@ def runs(names: Sequence[str], between: str = "+") -> str:
     return between.join(r[0][2] if len(r) == 1 else f"{r[0][2]}–{r[-1][2]}" for r in found)
 
 
-def _operand(term: Term) -> str:
+def _format_operand(term: Term) -> str:
     # Inside another operation a sum needs its brackets.
     match term:
         case Struct("+" | "-", (_, _)):

@@ -7,16 +7,16 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.kb.engine.terms import Atom, Struct, Term, integer_text, term_text
-from facetlog.kb.loading.encode import Fact, argument_text
+from facetlog.kb.engine.terms import Atom, Struct, Term, format_integer, format_prolog_term
+from facetlog.kb.loading.encode import Fact, format_argument
 
 __all__ = [
     "FACTS_PER_CHUNK",
     "SEPARATOR",
     "Floats",
-    "column_text",
-    "facts_request",
-    "floats_text",
+    "build_facts_request",
+    "encode_column",
+    "encode_floats",
 ]
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -30,7 +30,7 @@ FLOAT_BYTE = 14  # float_byte/1 of float_bytes.pl
 FLOAT = np.dtype([("byte", "u1"), ("value", "<f8")])
 
 
-def facts_request(scene: str, facts: Sequence[Fact]) -> str:
+def build_facts_request(scene: str, facts: Sequence[Fact]) -> str:
     """Return the text that adds the facts to the module `scene`; those of a kind stay in order.
 
     Raises TypeError for what is no fact, and ValueError for a number that is not finite.
@@ -46,20 +46,20 @@ def facts_request(scene: str, facts: Sequence[Fact]) -> str:
         layouts: list[Term] = []
         rows = [fact[1:] for fact in alike]
         for values in zip(*rows, strict=True):
-            layout, text = column_text(values, name, rows)
+            layout, text = encode_column(values, name, rows)
             layouts.append(Struct("-", (Atom(layout), len(text))))
             texts.append(text)
         heads.append(Struct("kind", (Atom(name), len(alike), tuple(layouts))))
-    head = term_text(Struct("facts", (Atom(scene), tuple(heads))))
+    head = format_prolog_term(Struct("facts", (Atom(scene), tuple(heads))))
     return "".join((head, "\n", *texts))
 
 
-def column_text(
+def encode_column(
     values: Sequence[str | int | float] | Floats, name: str, rows: Iterable[Fact]
 ) -> tuple[str, str]:
     """Return the layout and the text of the values of one argument of the facts `name`."""
     if isinstance(values, np.ndarray):
-        text = floats_text(values)
+        text = encode_floats(values)
         if text:
             return "f", text
         values = values.tolist()
@@ -69,16 +69,16 @@ def column_text(
         if text.count(SEPARATOR) == len(values) - 1:
             return "a", text
     if types and all(issubclass(kind, float) for kind in types):
-        text = floats_text(values)
+        text = encode_floats(values)
         if text:
             return "f", text
     if types == {int}:
-        return "t", f"[{','.join(map(integer_text, values))}]"
+        return "t", f"[{','.join(map(format_integer, values))}]"
     facts = ((name, *row) for row in rows)
-    return "t", f"[{','.join(map(argument_text, values, facts))}]"
+    return "t", f"[{','.join(map(format_argument, values, facts))}]"
 
 
-def floats_text(values: Sequence[str | int | float] | Floats) -> str:
+def encode_floats(values: Sequence[str | int | float] | Floats) -> str:
     """Return floats as float_bytes.pl has them; empty if one of them is not finite."""
     numbers = np.empty(len(values), FLOAT)
     numbers["byte"] = FLOAT_BYTE

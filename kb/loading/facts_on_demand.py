@@ -12,10 +12,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from facetlog.kb.loading.encode import argument_text
-from facetlog.kb.loading.fact_columns import SEPARATOR, Floats, column_text, floats_text
+from facetlog.kb.loading.encode import format_argument
+from facetlog.kb.loading.fact_columns import SEPARATOR, Floats, encode_column, encode_floats
 
-__all__ = ["Columns", "facts_text"]
+__all__ = ["Columns", "encode_facts"]
 
 Columns: TypeAlias = Sequence[Sequence[str | int | float] | Floats]
 """The values of each argument of facts of one kind; floats may be an array."""
@@ -23,7 +23,7 @@ Columns: TypeAlias = Sequence[Sequence[str | int | float] | Floats]
 FEWEST = 3  # names in a matrix: of fewer the columns are as good
 
 
-def facts_text(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
+def encode_facts(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
     """Return the facts of the module `scene` by functor and number of arguments, column by column.
 
     Raises TypeError for what is no fact, and ValueError for a number that is not finite.
@@ -34,29 +34,29 @@ def facts_text(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
     texts: list[str] = []
     later: list[str] = []
     for (name, arity), columns in facts.items():
-        found = _of_each_two(columns)
+        found = _find_pair_names(columns)
         matrix = (
             _build_matrix_text(columns[2:], len(found)) if found and names in ((), found) else ""
         )
         if matrix:
             names = found
-            matrices.append(f"{argument_text(name, ())}-{arity}")
+            matrices.append(f"{format_argument(name, ())}-{arity}")
             texts.append(matrix)
             continue
         layouts: list[str] = []
         for column in columns:
-            layout, text = column_text(column, name, zip(*columns, strict=True))
+            layout, text = encode_column(column, name, zip(*columns, strict=True))
             layouts.append(f"{layout}-{len(text)}")
             later.append(text)
         count = len(columns[0]) if columns else 0
-        kinds.append(f"kind({argument_text(name, ())},{count},[{','.join(layouts)}])")
+        kinds.append(f"kind({format_argument(name, ())},{count},[{','.join(layouts)}])")
     joined = SEPARATOR.join(names)
     about = f"matrices({len(names)},{len(joined)},[{','.join(matrices)}])"
-    head = f"facts({argument_text(scene, ())},{about},[{','.join(kinds)}])\n"
+    head = f"facts({format_argument(scene, ())},{about},[{','.join(kinds)}])\n"
     return "".join((head, joined, *texts, *later))
 
 
-def _of_each_two(columns: Columns) -> tuple[str, ...]:
+def _find_pair_names(columns: Columns) -> tuple[str, ...]:
     """Return the names of which each two, in either order, have one row of floats, in order of the
     names.
 
@@ -72,14 +72,14 @@ def _of_each_two(columns: Columns) -> tuple[str, ...]:
     names = tuple(name for name in found if isinstance(name, str) and SEPARATOR not in name)
     if len(set(names)) != count:
         return ()
-    if (tuple(firsts), tuple(seconds)) != _each_two(names):
+    if (tuple(firsts), tuple(seconds)) != _list_name_pairs(names):
         return ()
     floats = all(isinstance(c, np.ndarray) or set(map(type, c)) == {float} for c in columns[2:])
     return names if floats else ()
 
 
 @lru_cache(maxsize=64)
-def _each_two(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _list_name_pairs(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the first and the second names of all pairs."""
     others = (names[:i] + names[i + 1 :] for i in range(len(names)))
     firsts = chain.from_iterable([name] * (len(names) - 1) for name in names)
@@ -95,4 +95,4 @@ def _build_matrix_text(columns: Columns, count: int) -> str:
     values = np.zeros((len(columns), count * count))
     for matrix, column in zip(values, columns, strict=True):
         matrix[:-1].reshape(count - 1, count + 1)[:, 1:] = np.reshape(column, (count - 1, count))
-    return floats_text(values.ravel())
+    return encode_floats(values.ravel())

@@ -10,19 +10,24 @@ from threading import RLock
 from types import MappingProxyType
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.kb.calibration import content_key, judging_key
+from facetlog.kb.calibration import compute_judging_key, content_key
 from facetlog.kb.engine.engine_pool import engine_pool
-from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
-from facetlog.kb.engine.transport import ask, clean_up
+from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
+from facetlog.kb.engine.transport import ask, forget_in_prolog
 from facetlog.kb.loading.loaded import RuleFile, decode_rule_file
-from facetlog.kb.loading.rule_source import MODEL_SUFFIX, RuleSource, rule_sources, rule_text
-from facetlog.kb.loading.scene_facts import asks_on_demand
+from facetlog.kb.loading.rule_source import (
+    MODEL_SUFFIX,
+    RuleSource,
+    read_rule_sources,
+    read_rule_text,
+)
+from facetlog.kb.loading.scene_facts import needs_facts_on_demand
 from facetlog.plain_text import plain_text
 
 __all__ = ["RuleFiles"]
 
 
-def _reported(message: str, source: RuleSource) -> str:
+def _replace_places(message: str, source: RuleSource) -> str:
     """Return the faults of compiled text, reported for the files that it was made from."""
     place = re.compile(rf"^{re.escape(plain_text(str(source.path)))}:(\d+)", re.MULTILINE)
     return place.sub(lambda found: source.place(int(found[1])), message)
@@ -60,7 +65,7 @@ class RuleFiles:
 
     def load_builtin(self, path: Path) -> None:
         """Load a file that belongs to facetlog."""
-        source, name = RuleSource(path, rule_text(path), ()), Atom(plain_text(str(path)))
+        source, name = RuleSource(path, read_rule_text(path), ()), Atom(plain_text(str(path)))
         rules = self._read("load_builtin", name, source)
         self._name_models(rules)
         self._builtin.append(replace(rules, own=False))
@@ -68,7 +73,7 @@ class RuleFiles:
     def load(self, path: Path, *, trusted: bool) -> RuleFile:
         """Load a user's file, before it those that it needs: see KnowledgeBase.load_rules."""
         with ExitStack() as undo:
-            for source in rule_sources(path, present=self._users):
+            for source in read_rule_sources(path, present=self._users):
                 loaded = self._load(source, trusted=trusted)
                 undo.callback(self._unload, loaded)
             undo.pop_all()
@@ -110,26 +115,26 @@ class RuleFiles:
 
     def _read(self, operation: str, rules: Term, source: RuleSource) -> RuleFile:
         try:
-            loaded = ask(operation, term_text(rules))
+            loaded = ask(operation, format_prolog_term(rules))
         except RuleSyntaxError as error:
             if source.path.suffix != MODEL_SUFFIX:
                 raise
-            raise RuleSyntaxError(_reported(str(error), source)) from None
+            raise RuleSyntaxError(_replace_places(str(error), source)) from None
         rules_file = decode_rule_file(loaded, source.path, source.files)
         return replace(
             rules_file,
             content=content_key(source.text),
-            judging=judging_key(source.text),
-            on_demand=asks_on_demand(source.text),
+            judging=compute_judging_key(source.text),
+            on_demand=needs_facts_on_demand(source.text),
         )
 
     def _name_models(self, rules: RuleFile) -> None:
         models = tuple(map(Atom, rules.models))
         named = Struct("named", (Atom(self._base), models, Atom(rules.module)))
-        ask("name_models", term_text(named))
+        ask("name_models", format_prolog_term(named))
 
     def _drop(self, rules: RuleFile) -> None:
         module = Atom(rules.module)
         named = Struct("named", (Atom(self._base), module))
-        clean_up("unname_models", term_text(named))
-        engine_pool().when_quiet("drop_rules", term_text(module))
+        forget_in_prolog("unname_models", format_prolog_term(named))
+        engine_pool().send_when_quiet("drop_rules", format_prolog_term(module))

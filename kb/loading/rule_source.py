@@ -18,10 +18,10 @@ __all__ = [
     "MODEL_SUFFIX",
     "RULE_SUFFIXES",
     "RuleSource",
-    "holds_no_model",
-    "holds_words_alone",
-    "rule_sources",
-    "rule_text",
+    "has_only_words",
+    "lacks_models",
+    "read_rule_sources",
+    "read_rule_text",
 ]
 
 MODEL_SUFFIX = ".model"
@@ -63,7 +63,7 @@ LONGEST_BYTES = 1_000_000
 """No larger file is read; reading.pl, which counts characters, has the tighter limit."""
 
 
-def rule_text(path: Path) -> str:
+def read_rule_text(path: Path) -> str:
     """Return the text of the file, line ends as they are.
 
     Raises RuleSyntaxError if it is not there, may not be read, is too large, or is not UTF-8; then
@@ -86,7 +86,7 @@ def rule_text(path: Path) -> str:
         ) from exc
 
 
-def holds_words_alone(path: Path) -> bool:
+def has_only_words(path: Path) -> bool:
     """Return whether a Prolog file declares words for the models of other files, and no model
     itself."""
     if path.suffix == MODEL_SUFFIX:
@@ -95,24 +95,24 @@ def holds_words_alone(path: Path) -> bool:
     from facetlog.grammar.source import Source
 
     try:
-        own = own_words(Source(str(path), rule_text(path)))
+        own = own_words(Source(str(path), read_rule_text(path)))
     except RuleSyntaxError:
         return False  # loading it says why
     return bool(own.words) and not own.models
 
 
-def holds_no_model(path: Path) -> bool:
+def lacks_models(path: Path) -> bool:
     """Return whether a file in the model language is empty, or has nothing but comments and
     constants."""
     if path.suffix != MODEL_SUFFIX:
         return False
     try:
-        return _MODEL_LINE.search(rule_text(path)) is None
+        return _MODEL_LINE.search(read_rule_text(path)) is None
     except RuleSyntaxError:
         return False  # loading it says why
 
 
-def rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSource, ...]:
+def read_rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSource, ...]:
     """Return the file, last, after the model files whose models it asks about, and those that they
     ask.
 
@@ -120,8 +120,8 @@ def rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSourc
     Raises RuleSyntaxError, with all its faults, for a file that cannot be read or has any.
     """
     if path.suffix != MODEL_SUFFIX:
-        return (RuleSource(path, rule_text(path), (path,)),)
-    source, program = _compiled(path)
+        return (RuleSource(path, read_rule_text(path), (path,)),)
+    source, program = _compile_source(path)
     seen = {path.resolve(), *(known.resolve() for known in present)}
     found = [source]
     waiting = list(program.needs)
@@ -129,13 +129,13 @@ def rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSourc
         needed = waiting.pop()
         if needed.resolve() not in seen:
             seen.add(needed.resolve())
-            source, program = _compiled(needed)
+            source, program = _compile_source(needed)
             found.append(source)
             waiting.extend(program.needs)
     return tuple(reversed(found))
 
 
-def _compiled(path: Path) -> tuple[RuleSource, "Program"]:
+def _compile_source(path: Path) -> tuple[RuleSource, "Program"]:
     from facetlog.grammar.analysis import analyse
     from facetlog.grammar.compile import compiled
 

@@ -21,10 +21,17 @@ from pathlib import Path
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.engine import house
-from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
-__all__ = ["Ask", "SceneCache", "cache_folder", "default_folder", "replace_file", "schema_hash"]
+__all__ = [
+    "Ask",
+    "SceneCache",
+    "cache_folder",
+    "compute_schema_hash",
+    "get_default_folder",
+    "replace_file",
+]
 
 Ask = Callable[[str, str], Term]
 """Sends Prolog an operation and its text; raises EngineError where that fails."""
@@ -66,7 +73,7 @@ _WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 _LOG = logging.getLogger(__name__)
 
 
-def default_folder(name: str = "scenes") -> Path:
+def get_default_folder(name: str = "scenes") -> Path:
     """Return facetlog/NAME in XDG_CACHE_HOME, which must be absolute, or in ~/.cache."""
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
     return (base if base.is_absolute() else Path("~/.cache").expanduser()) / "facetlog" / name
@@ -79,10 +86,10 @@ def cache_folder(name: str, folder: Path | None = None) -> Path | None:
     """
     if os.environ.get("FACETLOG_CACHE", "").lower() == OFF:
         return None
-    return _private(default_folder(name) if folder is None else Path(folder))
+    return _make_private_folder(get_default_folder(name) if folder is None else Path(folder))
 
 
-def schema_hash() -> str:
+def compute_schema_hash() -> str:
     """Return a digest of all facts, their arguments and units."""
     declared = [
         (k.functor, [(a.name, a.kind.value) for a in k.arguments], k.meaning) for k in FACT_SCHEMA
@@ -91,7 +98,7 @@ def schema_hash() -> str:
 
 
 @cache
-def loading_code_hash() -> str:
+def compute_loading_code_hash() -> str:
     """Return a digest of the code that turns facts into the clauses of a scene."""
     total = hashlib.sha256()
     for pattern in LOADING_CODE:
@@ -144,8 +151,8 @@ class SceneCache:
         """
         if self.folder is None:
             return None
-        schema = schema_hash() if schema is None else schema
-        parts = [content_key, identity, schema, loading_code_hash()]
+        schema = compute_schema_hash() if schema is None else schema
+        parts = [content_key, identity, schema, compute_loading_code_hash()]
         digest = hashlib.sha256(json.dumps(parts).encode("ascii"))
         return self.folder / f"{digest.hexdigest()}{_SUFFIX}"
 
@@ -157,7 +164,7 @@ class SceneCache:
 
         Or, by another operation, of clauses into another module.
         """
-        saved = None if path is None else _verified(path)
+        saved = None if path is None else _read_verified(path)
         if path is None or saved is None:
             return None
         facts = saved.named(module)
@@ -168,7 +175,7 @@ class SceneCache:
                 file.write(facts)
                 file.flush()
                 request = Struct("load", (Atom(module), Atom(file.name), saved.count))
-                loaded = ask(operation, term_text(request)) == Atom("true")
+                loaded = ask(operation, format_prolog_term(request)) == Atom("true")
             if loaded:
                 os.utime(path)  # the oldest go first
         except (OSError, EngineError) as exc:
@@ -184,19 +191,19 @@ class SceneCache:
             with tempfile.TemporaryDirectory(prefix="facetlog-") as folder:
                 compiled = Path(folder) / "scene.qlf"
                 request = Struct("save", (Atom(module), Atom(str(compiled))))
-                count = ask(operation, term_text(request))
+                count = ask(operation, format_prolog_term(request))
                 facts = compiled.read_bytes()
             content = _content(path, module, facts, count)
             if content is None or len(content) > min(MOST_SCENE_BYTES, self._most_bytes):
                 return False
             replace_file(path, content)
-            self._evict(path.parent)
+            self._evict_oldest(path.parent)
         except (OSError, EngineError) as exc:
             _LOG.info("%s: cannot be written: %s", path, exc)
             return False
         return True
 
-    def _evict(self, folder: Path) -> None:
+    def _evict_oldest(self, folder: Path) -> None:
         """Delete half-written files, and those not used for longest until the rest fits."""
         files = []
         with os.scandir(folder) as entries:
@@ -208,16 +215,16 @@ class SceneCache:
                 if entry.name.endswith(_SUFFIX):
                     files.append((status.st_mtime_ns, status.st_size, entry.path))
                 elif entry.name.endswith(_PART) and time.time() - status.st_mtime > STALE_SECONDS:
-                    _delete(Path(entry.path))
+                    _delete_quietly(Path(entry.path))
         total = sum(size for _, size, _ in files)
         for _, size, path in sorted(files):
             if total <= self._most_bytes:
                 break
-            _delete(Path(path))
+            _delete_quietly(Path(path))
             total -= size
 
 
-def _private(folder: Path) -> Path:
+def _make_private_folder(folder: Path) -> Path:
     """Return the folder, made if need be; raises OSError if it is not ours alone to write."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     status = folder.stat()
@@ -235,11 +242,11 @@ def _content(path: Path, module: str, facts: bytes, count: Term) -> bytes | None
     if name is None or where < 0 or not isinstance(count, int):
         _LOG.info("%s: this SWI-Prolog compiles in another form", path)
         return None
-    body = _HEAD.pack(_key_digest(path), count, where, len(name)) + facts
+    body = _HEAD.pack(_compute_key_digest(path), count, where, len(name)) + facts
     return _MAGIC + hashlib.sha256(body).digest() + body
 
 
-def _verified(path: Path) -> _Saved | None:
+def _read_verified(path: Path) -> _Saved | None:
     """Return the content of the file, None if it is not there or not exactly what was written for
     it."""
     try:
@@ -260,13 +267,13 @@ def _verified(path: Path) -> _Saved | None:
     ):
         return None
     key, count, where, length = _HEAD.unpack_from(body)
-    if key != _key_digest(path):
+    if key != _compute_key_digest(path):
         return None
     facts = body[_HEAD.size :]
     return _Saved(count, bytes(facts[:where]), bytes(facts[where + length :]))
 
 
-def _key_digest(path: Path) -> bytes:
+def _compute_key_digest(path: Path) -> bytes:
     return hashlib.sha256(path.name.encode()).digest()
 
 
@@ -278,11 +285,11 @@ def replace_file(path: Path, content: bytes) -> None:
             file.write(content)
         Path(part).replace(path)
     except BaseException:
-        _delete(Path(part))
+        _delete_quietly(Path(part))
         raise
 
 
-def _delete(path: Path) -> None:
+def _delete_quietly(path: Path) -> None:
     try:
         path.unlink()
     except OSError:

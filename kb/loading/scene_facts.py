@@ -13,11 +13,11 @@ from typing import TypeAlias
 
 from facetlog.kb.engine.terms import Term
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.fact_columns import FACTS_PER_CHUNK, facts_request
+from facetlog.kb.loading.fact_columns import FACTS_PER_CHUNK, build_facts_request
 from facetlog.kb.loading.scene_cache import SceneCache
 from facetlog.perception.facts.fact_schema import ON_DEMAND
 
-__all__ = ["FactMaker", "SceneFacts", "asks_on_demand"]
+__all__ = ["FactMaker", "SceneFacts", "needs_facts_on_demand"]
 
 FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
 """Works out the facts on demand of one scene."""
@@ -45,10 +45,10 @@ _NAMED = re.compile(
 )
 
 
-def asks_on_demand(text: str) -> bool:
+def needs_facts_on_demand(text: str) -> bool:
     """Return whether a question, or the text of rules, may ask for a fact that is made on demand.
 
-    >>> asks_on_demand("line_label(view1, E, concave)"), asks_on_demand("face(F)")
+    >>> needs_facts_on_demand("line_label(view1, E, concave)"), needs_facts_on_demand("face(F)")
     (True, False)
     """
     return _NAMED.search(text) is not None
@@ -82,7 +82,7 @@ class SceneFacts:
         total = 0
         source = iter(facts)
         while chunk := tuple(islice(source, FACTS_PER_CHUNK)):
-            self._request("add_columns", facts_request(module, chunk))
+            self._request("add_columns", build_facts_request(module, chunk))
             total += len(chunk)
         return total
 
@@ -93,7 +93,7 @@ class SceneFacts:
 
     def keep(self, text: str, modules: Iterable[str]) -> None:
         """Make and load what was promised of these modules, once, if the question asks for it."""
-        if not self._makers or not (self._always() or asks_on_demand(text)):
+        if not self._makers or not (self._always() or needs_facts_on_demand(text)):
             return
         with self._lock:
             for module in modules:

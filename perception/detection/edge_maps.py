@@ -14,7 +14,7 @@ from facetlog.perception.detection.coarse_pictures import (
     coarse_pictures,
     gradient,
 )
-from facetlog.perception.detection.picture_noise import Noise, working_noise
+from facetlog.perception.detection.picture_noise import Noise, measure_working_noise
 from facetlog.perception.types import FloatArray, Image
 
 # One bit of a uint16 for each 11.25° of orientation: as fine as a short segment is known.
@@ -53,20 +53,20 @@ def edge_map(
     coarser scales show are added; callers that have these scales already pass them as `coarser`.
     """
     slope = gradient(image)
-    white = working_noise(image) if own_noise is None else own_noise
+    white = measure_working_noise(image) if own_noise is None else own_noise
     noise = ENLARGED[white.factor] * white.sd
     reach = max(2.0, 0.0025 * float(np.hypot(*image.shape))) if reach_px is None else reach_px
-    sparse = {reach: _oriented_edges(slope, noise)}
+    sparse = {reach: _find_oriented_edges(slope, noise)}
     for coarse in coarse_pictures(image, white) if coarser is None else coarser:
         unrest = float(np.hypot(coarse.noise, coarse.grain))
         # Pixel k of a picture reduced by f stands at f k, and for half of what lies between two.
         faint = sparse.setdefault(max(reach, coarse.factor / 2), np.zeros(image.shape, np.uint16))
-        faint[:: coarse.factor, :: coarse.factor] |= _oriented_edges(coarse.slope, unrest)
+        faint[:: coarse.factor, :: coarse.factor] |= _find_oriented_edges(coarse.slope, unrest)
     mask = np.bitwise_or.reduce([_widened(edges, far) for far, edges in sparse.items()])
     return EdgeMap(slope.gx, slope.gy, noise * GRADIENT_NOISE, mask, reach)
 
 
-def _oriented_edges(slope: Gradient, noise: float) -> NDArray[np.uint16]:
+def _find_oriented_edges(slope: Gradient, noise: float) -> NDArray[np.uint16]:
     # The bit of its direction at each pixel of an edge.
     # Canny needs 16-bit integers: 8 for each sd of the gradient's noise are exact enough.
     unit, limit = np.float32(8.0 / (noise * GRADIENT_NOISE)), np.float32(32767.0 / 1.5)
@@ -99,7 +99,7 @@ def _shifted(by: int, length: int) -> slice:
     return slice(max(by, 0), length + min(by, 0))
 
 
-def direction_bits(direction: FloatArray) -> NDArray[np.uint16]:
+def encode_direction(direction: FloatArray) -> NDArray[np.uint16]:
     """Return mask bits that an edge running at `direction` (radians, any shape) may have set.
 
     Its own bin and both neighbours: an orientation is known to about one bin.

@@ -51,18 +51,18 @@ chair by 1.6 px 2 of 3. Sharp pictures, rendered or photographed, reach .8."""
 MEDIAN_OF_NORMAL = 0.6745
 
 
-def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ...]]:
+def select_usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ...]]:
     """Return the views whose pictures show something, and a warning for each kind of fault.
 
     InputError where fewer than two are left. Blurred pictures are left out while most are sharp;
     where most are blurred, all stay.
     """
-    empty = {k: fault for k, view in enumerate(views) if (fault := nothing_shown(view.image))}
+    empty = {k: fault for k, view in enumerate(views) if (fault := find_picture_fault(view.image))}
     if len(views) - len(empty) < min(2, len(views)):
-        raise InputError(_too_many_empty(views, empty))
+        raise InputError(_explain_empty_views(views, empty))
     shown = [k for k in range(len(views)) if k not in empty]
     blurs = np.array([blur_px(views[k].image) for k in shown])
-    blurred = {shown[n]: float(blurs[n]) for n in _far_above(blurs)}
+    blurred = {shown[n]: float(blurs[n]) for n in _find_far_above(blurs)}
     warnings = [
         f"{named([views[k].name for k, f in empty.items() if f == fault])}: {fault}, left out"
         for fault in dict.fromkeys(empty.values())
@@ -81,7 +81,7 @@ def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ..
     return left, tuple(warnings)
 
 
-def nothing_shown(image: Image) -> str | None:
+def find_picture_fault(image: Image) -> str | None:
     """Return the fault of an empty picture ("black", "saturated", "of one grey level", "too
     small"); None if it has grey levels beyond its noise.
     """
@@ -102,14 +102,16 @@ def blur_px(image: Image) -> float:
     The gradient of a step of height C, blurred by b and smoothed by s, peaks at
     C / sqrt(2π (s² + b²)): the ratio r of two of them gives b² = (s₂² - r² s₁²) / (r² - 1).
     """
-    coarse = _gradient(image, COARSE_PX)
+    coarse = _measure_gradient(image, COARSE_PX)
     least = MIN_CONTRAST_SD * noise_sd(image) / (np.sqrt(8 * np.pi) * (COARSE_PX**2 + 0.5))
     # Neighbours are correlated: every second row and column is enough for a quantile.
     peaks = coarse > max(float(np.quantile(coarse[::2, ::2], 1.0 - EDGES)), least)
     if not peaks.any():
         return float("nan")
     size = 2 * round(COARSE_PX) + 1
-    nearest = np.asarray(cv2.dilate(_gradient(image, FINE_PX), np.ones((size, size), np.uint8)))
+    nearest = np.asarray(
+        cv2.dilate(_measure_gradient(image, FINE_PX), np.ones((size, size), np.uint8))
+    )
     # Sobel's own smoothing adds half a pixel squared to both.
     s1, s2 = FINE_PX**2 + 0.5, COARSE_PX**2 + 0.5
     widest = np.sqrt(s2 / s1)
@@ -117,7 +119,7 @@ def blur_px(image: Image) -> float:
     return float(np.sqrt(max(s2 - r**2 * s1, 0.0) / (r**2 - 1.0)))
 
 
-def _gradient(image: Image, sigma: float) -> NDArray[np.float32]:
+def _measure_gradient(image: Image, sigma: float) -> NDArray[np.float32]:
     """Return the gradient's magnitude (H, W) in grey levels per px."""
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), sigma)
     gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)
@@ -125,7 +127,7 @@ def _gradient(image: Image, sigma: float) -> NDArray[np.float32]:
     return np.asarray(cv2.magnitude(gx, gy), dtype=np.float32)
 
 
-def _far_above(blurs: FloatArray) -> list[int]:
+def _find_far_above(blurs: FloatArray) -> list[int]:
     """Return indices of blurs far above the median of all; none where they are not a minority."""
     known = np.isfinite(blurs)
     if known.sum() <= LEAST_OTHERS:
@@ -146,7 +148,7 @@ def _blurred(soft: Sequence[str], of: int, usual: float) -> str:
     )
 
 
-def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
+def _explain_empty_views(views: Sequence[View], empty: dict[int, str]) -> str:
     faults = tuple(dict.fromkeys(empty.values()))
     kind = faults[0] if len(faults) == 1 else " or ".join(faults)
     which = (
@@ -160,7 +162,7 @@ def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
     )
 
 
-def same_pictures(views: Sequence[View]) -> tuple[str, ...]:
+def find_same_pictures(views: Sequence[View]) -> tuple[str, ...]:
     """Return a warning for each picture that several views with different poses have, pixel by
     pixel.
 

@@ -40,6 +40,6 @@ def noise_sd(image: Image) -> float:
     return float(median) / (6.0 * 0.6745)
 
 
-def working_noise(image: Image) -> Noise:
+def measure_working_noise(image: Image) -> Noise:
     """Return the noise that thresholds follow of a picture not enlarged, MIN_NOISE_SD at least."""
     return Noise(max(noise_sd(image), MIN_NOISE_SD))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import CoarsePicture, coarse_pictures
-from facetlog.perception.detection.picture_noise import Noise, working_noise
+from facetlog.perception.detection.picture_noise import Noise, measure_working_noise
 from facetlog.perception.types import FloatArray, Image
 
 # Shorter segments have no usable direction; as a share of the picture's diagonal.
@@ -37,7 +37,7 @@ def detect_segments(
     noise cannot be estimated from their own pixels (working_size.py).
     """
     if noise is None:
-        noise = working_noise(image)
+        noise = measure_working_noise(image)
     fine = QUANT_PER_NOISE * ENLARGED[noise.factor] * noise.sd
     segments = _detected(image, fine)
     if coarser is None:

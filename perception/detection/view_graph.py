@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.stable_order import TIE, farthest_points, largest
+from facetlog.perception.stable_order import TIE, choose_farthest_points, largest
 from facetlog.perception.types import FloatArray, View
 
 # Two views count as two only as far as the picture of the object moved between them, px: with less
@@ -41,7 +41,7 @@ class ViewGraph:
     pairs: tuple[tuple[int, int], ...]
 
 
-def view_motion(views: Sequence[View]) -> FloatArray:
+def measure_view_motion(views: Sequence[View]) -> FloatArray:
     """Return the motion (V, V), px, between each two views of the picture of what they look at."""
     return _looks(views).motion()
 
@@ -53,7 +53,7 @@ def view_graph(views: Sequence[View]) -> ViewGraph:
     alike = np.where(motion < APART * DISTINCT_PX, np.exp(-((motion / DISTINCT_PX) ** 2)), 0.0)
     weight = 1.0 / alike.sum(axis=1)
     # Each next key view is the one whose picture differs most from those of all chosen.
-    key = sorted(farthest_points(motion, KEY_VIEWS))
+    key = sorted(choose_farthest_points(motion, KEY_VIEWS))
     return ViewGraph(looks.focus, looks.distance, weight, _pairs(_angles(looks.directions), key))
 
 
@@ -74,7 +74,7 @@ class _Looks:
         # What a view that does not face the focus looks at is taken to be as far along its axis. To
         # views that do not have that before them it has no more in common than opposite corners.
         unlike = max(float(np.hypot(v.camera.width, v.camera.height)) for v in self.views)
-        motion[np.ix_(facing, facing)] = _picture_motion(
+        motion[np.ix_(facing, facing)] = _measure_picture_motion(
             projections[facing], self.focus, 0.1 * self.distance
         )
         for i in np.flatnonzero(~facing).tolist():
@@ -83,7 +83,7 @@ class _Looks:
             depth = projections[:, 2, :3] @ own + projections[:, 2, 3]
             sees = depth > TIE * distance
             between = np.full(len(facing), unlike)
-            moved = _picture_motion(projections[sees], own, 0.1 * distance)
+            moved = _measure_picture_motion(projections[sees], own, 0.1 * distance)
             between[sees] = np.minimum(moved[np.flatnonzero(sees) == i].ravel(), unlike)
             motion[i] = np.maximum(motion[i], between)
             motion[:, i] = motion[i]
@@ -108,16 +108,16 @@ def _looks(views: Sequence[View]) -> _Looks:
 
 def _focus(centres: FloatArray, axes: FloatArray) -> FloatArray:
     # A gross pose error would bias the point: views that look elsewhere are left out.
-    looking = _looking_there(centres, axes)
+    looking = _find_common_views(centres, axes)
     centres, axes = centres[looking], axes[looking]
     spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
     prior = centres.mean(axis=0) + 3.0 * spread * axes.mean(axis=0)
-    focus = _nearest_to_axes(centres, axes, np.ones(len(centres)), prior)
+    focus = _solve_nearest_point(centres, axes, np.ones(len(centres)), prior)
     depth = np.einsum("ni,ni->n", focus - centres, axes)
     return focus if np.median(depth) > 0.3 * spread else prior
 
 
-def _nearest_to_axes(
+def _solve_nearest_point(
     centres: FloatArray, axes: FloatArray, weight: FloatArray, prior: FloatArray
 ) -> FloatArray:
     # Least squares: sum (I - d dᵀ)(x - c) = 0. Nearly parallel axes leave the depth open; a weak
@@ -129,7 +129,7 @@ def _nearest_to_axes(
     return np.asarray(np.linalg.solve(lhs, rhs))
 
 
-def _looking_there(centres: FloatArray, axes: FloatArray) -> NDArray[np.bool_]:
+def _find_common_views(centres: FloatArray, axes: FloatArray) -> NDArray[np.bool_]:
     # Sum of distances in place of that of squares (Weiszfeld): robust against a minority.
     middle = np.median(centres, axis=0)
     away = np.linalg.norm(centres - middle, axis=1)
@@ -142,7 +142,7 @@ def _looking_there(centres: FloatArray, axes: FloatArray) -> NDArray[np.bool_]:
         along = np.einsum("ni,ni->n", relative, axes)
         miss = np.linalg.norm(relative - along[:, None] * axes, axis=1)
         weight = 1.0 / np.maximum(miss, 1e-3 * spread)
-        focus = _nearest_to_axes(centres, axes, weight, prior)
+        focus = _solve_nearest_point(centres, axes, weight, prior)
     range_ = np.linalg.norm(focus - centres, axis=1)
     looking: NDArray[np.bool_] = np.logical_and(
         miss <= max(float(np.median(range_)), 2.0 * float(np.median(miss))),
@@ -154,7 +154,9 @@ def _looking_there(centres: FloatArray, axes: FloatArray) -> NDArray[np.bool_]:
     return looking if most else np.ones(len(looking), np.bool_)
 
 
-def _picture_motion(projections: FloatArray, focus: FloatArray, radius: float) -> FloatArray:
+def _measure_picture_motion(
+    projections: FloatArray, focus: FloatArray, radius: float
+) -> FloatArray:
     # Rms shift in px, between views, of points spread evenly over a sphere round the focus. With
     # uv + J · r for a point r away: |uv_i - uv_j|² + radius² / 3 · |J_i - J_j|², in any frame.
     h = projections[:, :, :3] @ focus + projections[:, :, 3]

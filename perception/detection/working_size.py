@@ -10,7 +10,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from facetlog.perception.detection.picture_noise import Noise, working_noise
+from facetlog.perception.detection.picture_noise import Noise, measure_working_noise
 from facetlog.perception.types import FloatArray, Track, View
 
 # The distances in pixels of this front end suit pictures with a diagonal of 600 px and more. The
@@ -20,7 +20,7 @@ MIN_DIAGONAL_PX = 600.0
 MAX_FACTOR = 4
 
 
-def at_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[int, ...]]:
+def enlarge_to_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[int, ...]]:
     """Return the views, each enlarged by a factor of its own (1, 2 or 4), and the factors."""
     enlarged, factors = [], []
     for view in views:
@@ -38,13 +38,15 @@ def at_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[int,
     return tuple(enlarged), tuple(factors)
 
 
-def working_noises(views: Sequence[View], factors: Sequence[int]) -> tuple[Noise, ...]:
+def measure_working_noises(views: Sequence[View], factors: Sequence[int]) -> tuple[Noise, ...]:
     """Return the noise of views that were enlarged by such factors, from the views as they were."""
     pairs = zip(views, factors, strict=True)
-    return tuple(replace(working_noise(view.image), factor=factor) for view, factor in pairs)
+    return tuple(
+        replace(measure_working_noise(view.image), factor=factor) for view, factor in pairs
+    )
 
 
-def in_own_pixels(track: Track, factors: Sequence[int]) -> Track:
+def to_own_pixels(track: Track, factors: Sequence[int]) -> Track:
     """Return a track of the enlarged views in the pixels of the views themselves."""
     shares: list[FloatArray] = [np.full(2, 1.0 / factor) for factor in factors]
     return Track(tuple(o.resized(shares[o.view]) for o in track.observations), track.label)

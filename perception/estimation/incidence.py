@@ -1,11 +1,11 @@
 """Incidence constraints: one estimator for lines of points, lines of lines, and planes of lines.
 
 Each of the paper's constructions (figures 4 to 6, after Ayache) says that a measured x lies on the
-estimated a, by equations that are linear in either: f(x, a) = M(x) a - y(x) = 0. `most_likely`
-fits all measurements at once; `updated` takes one more for many states side by side, `updated_one`
+estimated a, by equations that are linear in either: f(x, a) = M(x) a - y(x) = 0. `fit_most_likely`
+fits all measurements at once; `updated` takes one more for many states side by side, `update_one`
 for a single one. M contains the noise of x, which biases a filter that is linearised at the
 measured x; so x is first projected to its most likely place on a, x* = x - Λ Gᵀ W⁻¹ f, as equation
-(1) requires (x* there). The paper's printed recursions do not: `as_printed`.
+(1) requires (x* there). The paper's printed recursions do not: `measure_as_printed`.
 """
 
 from collections.abc import Callable, Iterator
@@ -70,7 +70,7 @@ def solved(on: Incidence, x: FloatArray) -> FloatArray:
     return solution
 
 
-def most_likely(
+def fit_most_likely(
     on: Incidence,
     x: FloatArray,
     noise: FloatArray,
@@ -82,18 +82,18 @@ def most_likely(
     (N, n), every measurement made linear at one shared a: no order matters.
     """
     a = np.array(start)
-    information, pull, cost = _normal_equations(on, x, noise, a)
+    information, pull, cost = _build_normal_equations(on, x, noise, a)
     for _ in range(MAX_PASSES):
         move = np.linalg.solve(information, pull[..., None])[..., 0]
         if not (np.einsum("ni,nij,nj->n", move, information, move) > CONVERGED_SD**2).any():
             break
         for _ in range(HALVINGS):
-            worse = _normal_equations(on, x, noise, a + move)[2] > cost
+            worse = _build_normal_equations(on, x, noise, a + move)[2] > cost
             if not worse.any():
                 break
             move[worse] /= 2
         a = a + move
-        information, pull, cost = _normal_equations(on, x, noise, a)
+        information, pull, cost = _build_normal_equations(on, x, noise, a)
     cov = np.linalg.inv(information)
     return a, (cov + cov.swapaxes(-1, -2)) / 2, cost
 
@@ -109,7 +109,7 @@ def updated(
     """
     after, cov = a, S
     for again in range(RELINEARISED):
-        y, M, W, _ = _linear(on, x, noise, after)
+        y, M, W, _ = _linearise_incidence(on, x, noise, after)
         if not again:
             innovation = y - (M @ a[..., None])[..., 0]
             spread = W + M @ S @ M.swapaxes(-1, -2)
@@ -120,13 +120,13 @@ def updated(
     return after, cov, chi2
 
 
-def updated_one(
+def update_one(
     on: Incidence, state: State, x: FloatArray, noise: FloatArray
 ) -> tuple[State, float]:
     """Update a single state with a measurement x (m,), `noise` (m, m), of it, as `updated`."""
     after = state
     for again in range(RELINEARISED):
-        y, M, W, _ = _linear(on, x, noise, after.mean)
+        y, M, W, _ = _linearise_incidence(on, x, noise, after.mean)
         measured = Linearised(y, M, W)
         if not again:
             chi2 = innovation_chi2(state, measured)
@@ -134,7 +134,7 @@ def updated_one(
     return after, chi2
 
 
-def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
+def measure_as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
     """Return a measurement x (m,), `noise` (m, m), for the paper's recursion as printed: M at the
     measured x, the weight at the previous estimate.
     """
@@ -142,7 +142,7 @@ def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
     return lambda a: linearise(M @ a - y, M, on.by_measured(a), noise, a)
 
 
-def recursion_from_fit(
+def run_from_fit(
     fit: Callable[[int], T], count: int, is_sure: Callable[[T], bool], update: Callable[[T, int], T]
 ) -> Iterator[T]:
     """Yield an estimate after each further of `count` measurements, each used once.
@@ -177,7 +177,7 @@ def converted(
     return to(a), J @ S @ J.T
 
 
-def _linear(
+def _linearise_incidence(
     on: Incidence, x: FloatArray, noise: FloatArray, a: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     # y, M and W of the filter at a, with x moved onto a; and f at x as measured.
@@ -191,12 +191,12 @@ def _linear(
     return (M @ a[..., None])[..., 0] - f, M, W, f
 
 
-def _normal_equations(
+def _build_normal_equations(
     on: Incidence, x: FloatArray, noise: FloatArray, a: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     # Σ Mᵀ W⁻¹ M, -Σ Mᵀ W⁻¹ f, and the chi-square.
     each = np.broadcast_to(a[:, None], (*x.shape[:2], a.shape[-1]))
-    _, M, W, f = _linear(on, x, noise, each)
+    _, M, W, f = _linearise_incidence(on, x, noise, each)
     weighted = np.linalg.solve(W, M)
     information = np.einsum("nvpi,nvpj->nij", M, weighted)
     cost = np.einsum("nvp,nvp->n", f, np.linalg.solve(W, f[..., None])[..., 0])

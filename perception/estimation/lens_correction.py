@@ -18,10 +18,10 @@ SURE_SDS = 3.0
 
 def corrected(view: View, error: LensError) -> View:
     """Return view undistorted, as a pinhole of the estimated focal length would have taken it."""
-    lens = _lens(view.camera, error)
+    lens = _build_lens(view.camera, error)
     stored = view.stored
     if stored is not None:
-        large, read = _lens(stored.camera, error), stored.read
+        large, read = _build_lens(stored.camera, error), stored.read
 
         def read_corrected() -> Image:
             return large.undistort(read())
@@ -30,7 +30,7 @@ def corrected(view: View, error: LensError) -> View:
     return replace(view, image=lens.undistort(view.image), camera=lens.pinhole, stored=stored)
 
 
-def combined(first: LensError, beyond: LensError) -> LensError:
+def combine_lens_errors(first: LensError, beyond: LensError) -> LensError:
     """Return the total lens error, where a view corrected by the first still has the second."""
     return LensError(
         first.focal * beyond.focal,
@@ -40,7 +40,7 @@ def combined(first: LensError, beyond: LensError) -> LensError:
     )
 
 
-def lens_warnings(views: Sequence[View], errors: Sequence[LensError]) -> tuple[str, ...]:
+def explain_lens_errors(views: Sequence[View], errors: Sequence[LensError]) -> tuple[str, ...]:
     """Return warnings about the lenses of these views, given with their stated lenses; one a
     camera.
     """
@@ -77,6 +77,6 @@ def _shown(error: LensError, given: float) -> list[str]:
     return shown
 
 
-def _lens(camera: Camera, error: LensError) -> Lens:
+def _build_lens(camera: Camera, error: LensError) -> Lens:
     radial = (error.radial, 0.0, 0.0, 0.0)
     return Lens(camera.zoomed(error.focal), Distortion.POLYNOMIAL, radial)

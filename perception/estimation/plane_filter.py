@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
 from facetlog.perception.estimation.ekf import State, recursion
-from facetlog.perception.estimation.incidence import Incidence, as_printed, most_likely
+from facetlog.perception.estimation.incidence import Incidence, fit_most_likely, measure_as_printed
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
@@ -84,20 +84,20 @@ class NoPlane:
         return False
 
 
-def best_chart(normal: ArrayLike) -> Chart:
+def choose_best_chart(normal: ArrayLike) -> Chart:
     """Return the chart in which the slopes a and b of a plane with this normal are at most 1.
 
-    >>> best_chart([1.0, 0.0, 0.1])
+    >>> choose_best_chart([1.0, 0.0, 0.1])
     <Chart.X: 0>
     """
     return Chart(int(np.argmax(np.abs(np.asarray(normal, dtype=np.float64)))))
 
 
-def plane_from_chart(chart: Chart, state: State) -> Plane:
+def convert_chart_to_plane(chart: Chart, state: State) -> Plane:
     """Return the plane of (a, b, p) with its covariance, by first order; its normal's entry 1 is
     positive.
 
-    >>> plane_from_chart(Chart.Z, State(np.array([0.0, 0.0, -3.0]), np.eye(3))).offset
+    >>> convert_chart_to_plane(Chart.Z, State(np.array([0.0, 0.0, -3.0]), np.eye(3))).offset
     -3.0
     """
     i, j, k = chart.axes
@@ -114,7 +114,7 @@ def plane_from_chart(chart: Chart, state: State) -> Plane:
     return Plane(n, float(p / length), J @ state.cov @ J.T)
 
 
-def chart_from_plane(chart: Chart, plane: Plane) -> State:
+def convert_plane_to_chart(chart: Chart, plane: Plane) -> State:
     """Return (a, b, p) of a plane with their covariance; ValueError if the plane is not in the
     chart.
     """
@@ -139,7 +139,7 @@ def plain_plane_recursion(
     order = list(chart.axes)
     cov = np.asarray(noise, dtype=np.float64)[np.ix_(order, order)]
     x = np.asarray(points, dtype=np.float64)[:, order]
-    return recursion(start, (as_printed(PLANE_OF_POINTS, each, cov) for each in x))
+    return recursion(start, (measure_as_printed(PLANE_OF_POINTS, each, cov) for each in x))
 
 
 def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
@@ -169,20 +169,20 @@ def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
     wide = float(((x @ across) ** 2 / np.einsum("i,nij,j->n", across, noise, across)).sum())
     if chdtrc(len(x) - 2, wide) > LINE_PROBABILITY:
         return NoPlane(PlaneFailure.COLLINEAR)
-    chart = best_chart(axes[:, 0])
+    chart = choose_best_chart(axes[:, 0])
     i, j, k = chart.axes
     start = np.array([axes[i, 0] / axes[k, 0], axes[j, 0] / axes[k, 0], 0.0])
     order = [i, j, k]
-    at, cov, chi2 = most_likely(
+    at, cov, chi2 = fit_most_likely(
         PLANE_OF_POINTS, x[None, :, order], noise[None][:, :, order][..., order], start[None]
     )
-    plane = _moved(plane_from_chart(chart, State(at[0], cov[0])), middle, spread)
+    plane = _moved(convert_chart_to_plane(chart, State(at[0], cov[0])), middle, spread)
     if np.sqrt(np.linalg.eigvalsh(plane.cov[:3, :3])[2]) > MAX_TILT_SD:
         return NoPlane(PlaneFailure.UNCERTAIN)
     return PlaneFit(plane, chart, float(chi2[0]))
 
 
-def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:
+def propagate_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:
     """Return the plane through points (n, 3) whose distances from it have the joint covariance (n,
     n).
 

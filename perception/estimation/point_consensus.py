@@ -23,11 +23,11 @@ from scipy.special import chdtri
 
 from facetlog.perception.estimation.point_fit import (
     Fit,
+    compute_view_chi2,
     fit_points,
     innovation_chi2,
-    linear_start,
+    solve_linear_start,
     solve_points,
-    view_chi2,
 )
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
 from facetlog.perception.types import FloatArray
@@ -45,7 +45,7 @@ LEAST_PARALLAX = 1e-9
 SCORED_AT_ONCE = 512
 
 
-def view_gain(seen: Sightings) -> FloatArray:
+def compute_view_gain(seen: Sightings) -> FloatArray:
     """Return the most that each view (n, V) can add to twice the log likelihood ratio of a point.
 
     2 log of the density of the pixel's noise at its middle over that of an outlier; zero where a
@@ -96,7 +96,7 @@ def pairs(
     return owner, i[row], j[row]
 
 
-def pair_points(
+def triangulate_view_pairs(
     cameras: Cameras, seen: Sightings, owner: IndexArray, i: IndexArray, j: IndexArray
 ) -> tuple[FloatArray, BoolArray]:
     """Return points (q, 3) halfway between the rays of two views each, and whether (q,) the rays
@@ -142,7 +142,7 @@ def support(
     for first in range(0, len(owner), SCORED_AT_ONCE):
         part = slice(first, first + SCORED_AT_ONCE)
         rows = owner[part]
-        chi2 = view_chi2(cameras, seen.xy[rows], seen.info[rows], points[part])
+        chi2 = compute_view_chi2(cameras, seen.xy[rows], seen.info[rows], points[part])
         chi2 /= PAIR_VARIANCE
         gain = view_gains[rows] - chi2
         gain *= chi2 <= GATE_CHI2
@@ -220,49 +220,49 @@ class Consensus:
         return np.asarray(self.inliers.sum(axis=1) >= LEAST_VIEWS)
 
 
-def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
+def find_agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
     """Return the consensus of the views of n points."""
     n, views = seen.seen.shape
     step = max(1, BLOCK // (views * max(views, FEWEST_VIEWS_OF_A_BLOCK)))
     agreed = Consensus.none(n, views)
     for first in range(0, n, step):
         part = slice(first, first + step)
-        agreed.put(part, _all_views(cameras, seen.take(part)))
+        agreed.put(part, _fit_all_views(cameras, seen.take(part)))
     # A point behind the cameras stays, to be reported, unless pairs find one in front of them.
     contested = np.flatnonzero(
         (~agreed.inliers.any(axis=1) | agreed.behind) & (seen.seen.sum(axis=1) >= LEAST_VIEWS)
     )
     for first in range(0, contested.size, step):
         rows = contested[first : first + step]
-        found = _by_pairs(cameras, seen.take(rows))
+        found = _find_by_pairs(cameras, seen.take(rows))
         better = np.flatnonzero(found.stands)
         agreed.put(rows[better], found.take(better))
     return agreed
 
 
-def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
+def _find_by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
     """Return the consensus of most views: by few pairs where that is clear, else by all of them."""
-    view_gains = view_gain(seen)
-    found = _likeliest(cameras, seen, view_gains, partners=1)
+    view_gains = compute_view_gain(seen)
+    found = _find_likeliest(cameras, seen, view_gains, partners=1)
     rest = np.flatnonzero(~_clear(found, view_gains))
     if rest.size:
         found.put(rest, _of_all_pairs(cameras, seen.take(rest), view_gains[rest]))
     return found
 
 
-def _all_views(cameras: Cameras, seen: Sightings) -> Consensus:
+def _fit_all_views(cameras: Cameras, seen: Sightings) -> Consensus:
     """Return the fit of all views together; without inliers where they do not agree on it."""
     dof = np.maximum(2 * np.arange(seen.seen.shape[1] + 1) - 3, 1)
     limit = chdtri(dof, WHOLE_FIT_PROBABILITY)[seen.seen.sum(axis=1)]
-    start = linear_start(cameras, seen.xy, seen.info)
+    start = solve_linear_start(cameras, seen.xy, seen.info)
     fit = fit_points(cameras, seen.xy, seen.info, start, hopeless=HOPELESS * limit)
     total = fit.chi2.sum(axis=1)
     fits = (fit.chi2 <= GATE_CHI2).all(axis=1) & (total <= limit)
     inliers = seen.seen & fits[:, None]
-    return _consensus(cameras, fit, seen.seen, inliers, -total)
+    return _build_consensus(cameras, fit, seen.seen, inliers, -total)
 
 
-def _consensus(
+def _build_consensus(
     cameras: Cameras, fit: Fit, fitted: BoolArray, inliers: BoolArray, gain: FloatArray
 ) -> Consensus:
     distance = (cameras.distances(fit.points) * fitted).sum(axis=1) / np.maximum(
@@ -284,11 +284,11 @@ def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> 
     """
     views = seen.seen.shape[1]
     partners = max(LEAST_PARTNERS, -(-2 * PAIRS // views))
-    found = _likeliest(cameras, seen, view_gains, partners)
+    found = _find_likeliest(cameras, seen, view_gains, partners)
     doubted = np.flatnonzero(found.stands & ~_clear(found, view_gains))
     if doubted.size:
         first, part = found.take(doubted), seen.take(doubted)
-        rival = _likeliest(cameras, part, view_gains[doubted], partners, outside=first.inliers)
+        rival = _find_likeliest(cameras, part, view_gains[doubted], partners, outside=first.inliers)
         between = rival.points - first.points
         square = (between * solve_points(rival.covs + first.covs, between)).sum(axis=1)
         close = np.abs(rival.gain - first.gain) < CLEAR_LEAD
@@ -299,7 +299,7 @@ def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> 
     return found
 
 
-def _likeliest(
+def _find_likeliest(
     cameras: Cameras,
     seen: Sightings,
     view_gains: FloatArray,
@@ -309,7 +309,7 @@ def _likeliest(
     """Return the likeliest points that pairs of views propose, by none of the views in a mask."""
     may = seen.seen if outside is None else seen.seen & ~outside
     owner, i, j = pairs(cameras, may, partners)
-    points, meet = pair_points(cameras, seen, owner, i, j)
+    points, meet = triangulate_view_pairs(cameras, seen, owner, i, j)
     owner, points = owner[meet], points[meet]
     score = support(cameras, seen, view_gains, owner, points)
     # A table of the scores with a row a point; owners come in order.
@@ -320,16 +320,16 @@ def _likeliest(
     rows = np.flatnonzero(count)
     start = points[(first + np.argmax(table, axis=1))[rows]]
     found = Consensus.none(*seen.seen.shape)
-    found.put(rows, _settle(cameras, seen.take(rows), view_gains[rows], start))
+    found.put(rows, _settle_inliers(cameras, seen.take(rows), view_gains[rows], start))
     return found
 
 
-def _settle(
+def _settle_inliers(
     cameras: Cameras, seen: Sightings, view_gains: FloatArray, start: FloatArray
 ) -> Consensus:
     """Return points fitted to their inliers, which are chosen anew until none changes."""
     inliers = seen.seen & (
-        view_chi2(cameras, seen.xy, seen.info, start) <= PAIR_VARIANCE * GATE_CHI2
+        compute_view_chi2(cameras, seen.xy, seen.info, start) <= PAIR_VARIANCE * GATE_CHI2
     )
     settled = Consensus.none(*inliers.shape)
     points = start.copy()
@@ -341,7 +341,7 @@ def _settle(
         part, mask = seen.take(rows), inliers[rows]
         fit = fit_points(cameras, part.xy, part.info * mask[:, None], points[rows])
         gain = ((view_gains[rows] - fit.chi2) * mask).sum(axis=1)
-        new = _consensus(cameras, fit, mask, mask, gain)
+        new = _build_consensus(cameras, fit, mask, mask, gain)
         innovation = innovation_chi2(cameras, part.xy, part.info, fit.points, new.covs)
         agrees = np.where(mask, fit.chi2, innovation) <= GATE_CHI2
         agrees &= part.seen & (fit.depth > 0)

@@ -26,8 +26,8 @@ from facetlog.perception.estimation.ekf import (
     recursion,
     run,
 )
-from facetlog.perception.estimation.incidence import Incidence, as_printed
-from facetlog.perception.estimation.point_consensus import Consensus, agreeing_views
+from facetlog.perception.estimation.incidence import Incidence, measure_as_printed
+from facetlog.perception.estimation.point_consensus import Consensus, find_agreeing_views
 from facetlog.perception.estimation.point_fit import START_SD
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
 from facetlog.perception.types import FloatArray, Observation
@@ -49,7 +49,7 @@ class PointFailure(StrEnum):
     NO_PARALLAX = "the views were taken from one place: there is no parallax"
 
 
-# What the numbers of `_failures` stand for.
+# What the numbers of `_find_failures` stand for.
 REASONS = (None, *PointFailure)
 
 
@@ -109,10 +109,10 @@ def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> M
     but the weight of equation (10) does.
     """
     x, P, cov = (np.asarray(given, dtype=np.float64) for given in (uv, projection, noise))
-    return as_printed(pixel_incidence(P), x, cov)
+    return measure_as_printed(pixel_incidence(P), x, cov)
 
 
-def pixel_measurement(
+def measure_pixel(
     uv: ArrayLike, projection: ArrayLike, noise: ArrayLike, at: FloatArray | None = None
 ) -> Measurement:
     """Return the pixel itself as the measurement, x - h(a) = 0, linearised at `at` (or the
@@ -130,7 +130,7 @@ def pixel_measurement(
     return measured
 
 
-def plain_recursion(
+def run_printed_recursion(
     observations: Sequence[Observation],
     projections: Sequence[FloatArray],
     start: State,
@@ -167,16 +167,15 @@ def estimate_point(
         np.array([[o.cov for o in observations]]),
         np.ones((1, len(observations)), dtype=np.bool_),
     )
-    found = agreeing_views(cameras, seen)
-    reason = REASONS[_failures(cameras, seen, found)[0]]
+    found = find_agreeing_views(cameras, seen)
+    reason = REASONS[_find_failures(cameras, seen, found)[0]]
     if reason is not None:
         return NoPoint(reason)
     agreed = [int(i) for i in np.flatnonzero(found.inliers[0])]
     at = found.points[0]
     distance = np.linalg.norm(at - cameras.centres[agreed], axis=1).mean()
     measurements = (
-        pixel_measurement(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at)
-        for i in agreed
+        measure_pixel(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at) for i in agreed
     )
     limit = None if sd_limit is None else sd_limit / cameras.scale
     try:
@@ -205,14 +204,14 @@ def estimate_points(
     """
     cameras = Cameras.of(projections)
     sightings = Sightings.of(cameras, uv, cov, seen)
-    found = agreeing_views(cameras, sightings)
-    ok = _failures(cameras, sightings, found) == 0
+    found = find_agreeing_views(cameras, sightings)
+    ok = _find_failures(cameras, sightings, found) == 0
     points = np.where(ok[:, None], cameras.origin + cameras.scale * found.points, np.nan)
     covs = np.where(ok[:, None, None], cameras.scale**2 * found.covs, np.nan)
     return points, covs, np.logical_and(found.inliers, ok[:, None]), ok
 
 
-def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
+def _find_failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
     """Return which of `REASONS` (n,) keeps each point from being one."""
     away = cameras.distances(found.points)
     nearest = np.where(found.inliers, away, np.inf).min(axis=1, initial=np.inf)

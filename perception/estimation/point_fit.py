@@ -55,22 +55,23 @@ class Fit:
     def covariances(self, distance: FloatArray) -> FloatArray:
         """Return S (n, 3, 3) after one pass from a fresh S0 for points at these distances (n,)."""
         fresh = (START_SD * np.maximum(distance, np.finfo(np.float64).eps)) ** -2.0
-        S = np.linalg.inv(_regular(self.information + fresh[:, None, None] * np.eye(3)))
+        S = np.linalg.inv(_add_ridge(self.information + fresh[:, None, None] * np.eye(3)))
         return np.asarray((S + S.swapaxes(1, 2)) / 2)
 
 
-def _regular(H: FloatArray) -> FloatArray:
+def _add_ridge(H: FloatArray) -> FloatArray:
     ridge = RIDGE * np.trace(H, axis1=1, axis2=2) + ZERO_RIDGE
     return np.asarray(H + ridge[:, None, None] * np.eye(3))
 
 
 def solve_points(H: FloatArray, g: FloatArray) -> FloatArray:
-    """Solve H x = g for positive semidefinite H (n, 3, 3) and g (n, 3); large where H is singular.
+    """Return solve H x = g for positive semidefinite H (n, 3, 3) and g (n, 3); large where H is
+    singular.
 
     >>> solve_points(np.diag([2.0, 4.0, 8.0])[None], np.ones((1, 3))).round(9).tolist()
     [[0.5, 0.25, 0.125]]
     """
-    return np.asarray(np.linalg.solve(_regular(H), g[:, :, None])[:, :, 0])
+    return np.asarray(np.linalg.solve(_add_ridge(H), g[:, :, None])[:, :, 0])
 
 
 def _project(
@@ -87,7 +88,7 @@ def _project(
     return h[:, 0] * reciprocal, h[:, 1] * reciprocal, depth, reciprocal
 
 
-def _contributions(
+def _compute_contributions(
     x: FloatArray, y: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> FloatArray:
     """Return coefficients (n, 6 V) of products: Σ Nᵀ [a b; b c] N with N = p12 - (x, y) p3."""
@@ -100,7 +101,7 @@ def _contributions(
     return k.reshape(n, 6 * views)
 
 
-def linear_start(cameras: Cameras, xy: FloatArray, info: FloatArray) -> FloatArray:
+def solve_linear_start(cameras: Cameras, xy: FloatArray, info: FloatArray) -> FloatArray:
     """Return points (n, 3) nearest to the rays through xy (n, 2, V), then weighed by information,
     depth.
 
@@ -110,13 +111,15 @@ def linear_start(cameras: Cameras, xy: FloatArray, info: FloatArray) -> FloatArr
     x, y = xy[:, 0], xy[:, 1]
     weight = (info[:, 0] > 0) / (1.0 + x * x + y * y)
     # Σ (I - d dᵀ) (a - c) = 0 over the unit rays d, as I - d dᵀ = Nᵀ (N Nᵀ)⁻¹ N
-    k = _contributions(x, y, weight * (1.0 + y * y), -weight * x * y, weight * (1.0 + x * x))
+    k = _compute_contributions(
+        x, y, weight * (1.0 + y * y), -weight * x * y, weight * (1.0 + x * x)
+    )
     points = _nearest(cameras, k)
     p3 = cameras.projections[:, 2]
     depth = points @ p3[:, :3].T + p3[:, 3]
     least = np.maximum(LEAST_DEPTH_SHARE * cameras.distances(points), LEAST_DEPTH)
     weights = info / (np.maximum(np.abs(depth), least) ** 2)[:, None]
-    k = _contributions(x, y, weights[:, 0], weights[:, 1], weights[:, 2])
+    k = _compute_contributions(x, y, weights[:, 0], weights[:, 1], weights[:, 2])
     return _nearest(cameras, k)
 
 
@@ -146,7 +149,7 @@ def _linearise(
     e[:, 2] = -(e[:, 0] * x + e[:, 1] * y)
     g = e.reshape(n, 3 * views) @ cameras.projections.swapaxes(0, 1).reshape(-1, 4)[:, :3]
     weight = reciprocal * reciprocal
-    k = _contributions(x, y, a * weight, b * weight, c * weight)
+    k = _compute_contributions(x, y, a * weight, b * weight, c * weight)
     H = (k @ cameras.products).reshape(-1, 3, 4)[..., :3]
     return cost, Fit(points, H, depth, chi2), g
 
@@ -203,7 +206,9 @@ def fit_points(
     return Fit(points, H, depth, chi2)
 
 
-def view_chi2(cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray) -> FloatArray:
+def compute_view_chi2(
+    cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray
+) -> FloatArray:
     """Return the squared Mahalanobis distances (n, V) of pixels from where points (n, 3) appear.
 
     Huge behind a camera.
@@ -222,7 +227,7 @@ def view_chi2(cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatA
 def innovation_chi2(
     cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray, covs: FloatArray
 ) -> FloatArray:
-    """Return `view_chi2` for views that had no part in the points, with their covs (n, 3, 3)."""
+    """Return `compute_view_chi2` for views that had no part in the points (covs (n, 3, 3))."""
     x, y, depth, reciprocal = _project(cameras, points)
     # p1ᵀ S p1, 2 p1ᵀ S p2, p2ᵀ S p2, 2 p1ᵀ S p3, 2 p2ᵀ S p3, p3ᵀ S p3 of each view
     of_points = cameras.products.reshape(-1, 3, 4)[..., :3].reshape(-1, 9)

@@ -15,7 +15,7 @@ from facetlog.perception.types import FloatArray
 BoolArray = NDArray[np.bool_]
 
 
-def updated_by_view(
+def update_by_view(
     projection: FloatArray, points: FloatArray, covs: FloatArray, uv: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return points (n, 3) and covariances (n, 3, 3) updated by a view with this projection (3, 4),
@@ -70,7 +70,7 @@ class PointFilters:
         # Which of some known points take a view, after that they have.
         if not len(rows):
             return np.zeros(0, np.bool_)
-        self.points[rows], self.covs[rows], taken = updated_by_view(
+        self.points[rows], self.covs[rows], taken = update_by_view(
             P, self.points[rows], self.covs[rows], uv, noise
         )
         self.views[rows] += taken

@@ -68,11 +68,11 @@ class Cameras:
         scale = spread if spread > rounding else 1.0
         neutral = (centres - origin) / scale if spread > rounding else np.zeros_like(centres)
         # Rows scaled so that the third is a unit vector to the front: positive determinant.
-        R, lenses = _lens_and_rotation(
+        R, lenses = _split_projection(
             left / (np.sign(np.linalg.det(left)) * rows[:, 2, 0])[:, None, None]
         )
         turned = np.concatenate([R, -R @ neutral[:, :, None]], axis=2)
-        return cls(turned, neutral, lenses, _products(turned), origin, scale)
+        return cls(turned, neutral, lenses, _build_products(turned), origin, scale)
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the distances (n, V) of points (n, 3) from the pinholes."""
@@ -81,7 +81,7 @@ class Cameras:
         return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
-def _lens_and_rotation(left: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _split_projection(left: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return R (V, 3, 3) and the first two rows of upper triangular K (V, 2, 3) of left = K R."""
     R, K = np.empty_like(left), np.zeros((len(left), 2, 3))
     R[:, 2] = left[:, 2]
@@ -94,7 +94,7 @@ def _lens_and_rotation(left: FloatArray) -> tuple[FloatArray, FloatArray]:
     return R, K
 
 
-def _products(projections: FloatArray) -> FloatArray:
+def _build_products(projections: FloatArray) -> FloatArray:
     """Return products (6 V, 12) of the rows p1, p2, p3 of projections (V, 3, 4).
 
     First p1 p1, p1 p2 + p2 p1, p2 p2, p1 p3 + p3 p1, p2 p3 + p3 p2, p3 p3 of each view, as the
@@ -108,7 +108,7 @@ def _products(projections: FloatArray) -> FloatArray:
     return np.concatenate(products).reshape(-1, 12)
 
 
-def _weighed(
+def _weigh_pixels(
     lenses: FloatArray, pixels: FloatArray, noise: FloatArray, mask: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return `xy` and `info` of `Sightings`."""
@@ -169,7 +169,9 @@ class Sightings:
         step = max(1, BLOCK // max(1, views))
         for first in range(0, n, step):
             part = slice(first, first + step)
-            xy[part], info[part] = _weighed(cameras.lenses, pixels[part], noise[part], mask[part])
+            xy[part], info[part] = _weigh_pixels(
+                cameras.lenses, pixels[part], noise[part], mask[part]
+            )
         return cls(xy, info, mask)
 
     def cov(self, point: int, view: int) -> FloatArray:

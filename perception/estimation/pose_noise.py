@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.estimation.point_filter import estimate_points
-from facetlog.perception.stable_order import TIE, farthest_points
+from facetlog.perception.stable_order import TIE, choose_farthest_points
 from facetlog.perception.types import FloatArray, View
 
 # Start of the search for the pose error in the picture: typical of real poses, px.
@@ -13,7 +13,7 @@ START_NOISE_PX = 1.0
 MEDIAN_OVER_MEAN = 2 * np.log(2) / 2
 
 
-def pose_noise_px(
+def estimate_pose_noise_px(
     uv: FloatArray, cov: FloatArray, seen: NDArray[np.bool_], projections: FloatArray
 ) -> float:
     """Return the standard deviation in px, per axis, of residuals beyond the corners' own noise.
@@ -36,7 +36,7 @@ def pose_noise_px(
     return float(np.sqrt(max(excess, 0.0)))
 
 
-def pixel_covs(view: View, points: FloatArray) -> FloatArray:
+def compute_pixel_covs(view: View, points: FloatArray) -> FloatArray:
     """Return covariances (n, 2, 2), px², that the view's `pose_cov` gives the pixels of points (n,
     3) in front of it; 0 where nothing is stated. They are those of each point by itself.
     """
@@ -67,7 +67,7 @@ def view_groups(centres: FloatArray, count: int = GROUPS) -> NDArray[np.intp]:
     A camera half-way between groups goes to the smallest of them.
     """
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
-    to_seed = apart[:, farthest_points(apart, count)]
+    to_seed = apart[:, choose_farthest_points(apart, count)]
     near = to_seed <= to_seed.min(axis=1, keepdims=True) + TIE * apart.max()
     group: NDArray[np.intp] = near.argmax(axis=1)
     halfway = near.sum(axis=1) > 1
@@ -78,7 +78,7 @@ def view_groups(centres: FloatArray, count: int = GROUPS) -> NDArray[np.intp]:
     return group
 
 
-def shared_error_factor(
+def estimate_shared_error_factor(
     uv: FloatArray,
     cov: FloatArray,
     used: NDArray[np.bool_],

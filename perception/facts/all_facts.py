@@ -15,7 +15,7 @@ import numpy as np
 from facetlog.perception.facts import drawing_facts, part_facts, thing_facts
 from facetlog.perception.facts.fact_kinds import ArgumentKind
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
-from facetlog.perception.facts.named_rows import BlockFacts, FactColumns, FactRows, rows_from
+from facetlog.perception.facts.named_rows import BlockFacts, FactColumns, FactRows, convert_to_rows
 from facetlog.perception.facts.pieces import piece_facts
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.facts.scene_memo import SceneMemo
@@ -40,13 +40,13 @@ _SD = "Sd"
 _POWERS = {ArgumentKind.LENGTH: 1.0, ArgumentKind.AREA: 2.0}
 
 
-def with_scale_error(facts: FactColumns, scale_sd: float) -> FactColumns:
+def add_scale_error(facts: FactColumns, scale_sd: float) -> FactColumns:
     """Return the facts of a scene whose unit has this relative standard deviation.
 
     Where one deviation is stated of several lengths it has the error of the longest.
 
     >>> facts = {"length": (["f1"], np.array([2.0]), np.array([0.03]))}
-    >>> with_scale_error(facts, 0.02)["length"][-1].tolist()
+    >>> add_scale_error(facts, 0.02)["length"][-1].tolist()
     [0.05]
     """
     if not scale_sd > 0.0:
@@ -152,7 +152,7 @@ def fact_columns(
             if not wanted.keys().isdisjoint(made):
                 maker(memo, facts)
         found.update(
-            (place, with_scale_error(facts.of_scene(nth), scenes[place].scale_sd))
+            (place, add_scale_error(facts.of_scene(nth), scenes[place].scale_sd))
             for nth, place in enumerate(places)
         )
     return [found[i] for i in range(len(scenes))]
@@ -192,7 +192,7 @@ def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
     {'thing': [('t1',)]}
     """
     (found,) = fact_columns((scene,), kinds)
-    return {functor: rows_from(columns) for functor, columns in found.items()}
+    return {functor: convert_to_rows(columns) for functor, columns in found.items()}
 
 
 def scene_facts(scene: Scene) -> tuple[Fact, ...]:
@@ -231,8 +231,8 @@ def facts_on_demand(scene: Scene) -> tuple[Fact, ...]:
             )
             _LOG.debug("%s failed", maker.__name__, exc_info=True)
             continue
-        found |= with_scale_error(facts.of_scene(0), scene.scale_sd)
-    return _facts({kind: rows_from(found[kind]) for kind in _wanted(found)})
+        found |= add_scale_error(facts.of_scene(0), scene.scale_sd)
+    return _facts({kind: convert_to_rows(found[kind]) for kind in _wanted(found)})
 
 
 def _facts(rows: FactRows) -> tuple[Fact, ...]:

@@ -14,14 +14,14 @@ def drawing_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add the line drawings that views show of the scenes' edges; none where no camera is known."""
     shown = np.array([bool(scene.cameras and scene.faces) for scene in s.scenes])
     for nth, own in s.alone(shown):
-        _scene_drawings(own, nth, rows)
+        _add_drawings(own, nth, rows)
 
 
-def _scene_drawings(s: SceneMemo, nth: int, rows: BlockFacts) -> None:
+def _add_drawings(s: SceneMemo, nth: int, rows: BlockFacts) -> None:
     from facetlog.perception.surfaces.visible_lines import visible_lines  # loaded on demand
 
     (scene,) = s.scenes
-    flat = flat_along(s)
+    flat = find_flat_edges(s)
     for i, (camera, pose) in enumerate(zip(scene.cameras, scene.poses, strict=True), 1):
         seen = visible_lines(s.table, s.edges, s.bounds, flat, camera, pose)
         crossings = np.cumsum(seen.vertex < 0)
@@ -48,11 +48,11 @@ def drawing_rows(view: str, drawing: LineDrawing, points: list[str], lines: list
     return {"junction": junctions, "line_at": at, "contour": contour}
 
 
-def flat_along(s: SceneMemo) -> NDArray[np.intp]:
+def find_flat_edges(s: SceneMemo) -> NDArray[np.intp]:
     """Return an edge and two faces along it (k, 3) that lie in one plane and face the same way."""
     along = np.zeros((len(s.edges), len(s.table)), dtype=np.bool_)
     along[s.bounds[:, 0], s.bounds[:, 1]] = True
-    found = relations.coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)
+    found = relations.find_coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)
     found = found[s.angles[0][found] < np.pi / 2]
     pairs = np.column_stack([s.pairs.one[found], s.pairs.two[found]])
     edge, pair = np.nonzero(along[:, pairs[:, 0]] & along[:, pairs[:, 1]])

@@ -112,7 +112,7 @@ class FactKind:
         return len(self.arguments)
 
 
-def fact_kind(
+def parse_fact_kind(
     text: str, solutions: Solutions, meaning: str, absent: str = "", *, on_demand: bool = False
 ) -> FactKind:
     """Return a kind from "functor +Key:kind Name:kind ...", in the manner of a mode line."""

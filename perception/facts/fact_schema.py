@@ -12,7 +12,7 @@ from facetlog.perception.facts.fact_kinds import (
     Solutions,
     Value,
 )
-from facetlog.perception.facts.fact_kinds import fact_kind as _kind
+from facetlog.perception.facts.fact_kinds import parse_fact_kind as _kind
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.min_views import FEWEST_VIEWS
 
@@ -26,7 +26,7 @@ __all__ = [
     "FactKind",
     "Solutions",
     "Value",
-    "fact_fault",
+    "check_fact",
 ]
 
 _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
@@ -501,10 +501,10 @@ ON_DEMAND = frozenset(kind.functor for kind in FACT_SCHEMA if kind.on_demand)
 """Facts that are worked out only for who asks for them by name."""
 
 
-def fact_fault(fact: Fact) -> str | None:
+def check_fact(fact: Fact) -> str | None:
     """Return how a fact breaks the schema, or None.
 
-    >>> fact_fault(Fact("area", ("f1", 2.0)))
+    >>> check_fact(Fact("area", ("f1", 2.0)))
     'area takes 3 arguments, not 2'
     """
     kind = FACT_KINDS.get(fact.functor)

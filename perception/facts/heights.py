@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.batch_linalg import dots, quadratic_forms
+from facetlog.perception.batch_linalg import compute_quadratic_forms, dots
 from facetlog.perception.facts.measures import Estimates
-from facetlog.perception.ragged import Indices, row_starts, row_table
+from facetlog.perception.ragged import Indices, find_row_starts, row_table
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION
@@ -26,13 +26,13 @@ def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
     lean = up - rise[:, None] * planes.normals
     size = np.sqrt(dots(lean, lean))
     level = size < ANGLE_RESOLUTION
-    along = quadratic_forms(lean, planes.normal_covs)
+    along = compute_quadratic_forms(lean, planes.normal_covs)
     variance = along / np.where(level, 1.0, size) ** 2
     variance = np.where(level, planes.tilt_sds**2, variance)
     return Estimates.of(np.arctan2(size, np.abs(rise)), variance)
 
 
-def vertical_senses(planes: PlaneTable, up: FloatArray, leaning: Estimates) -> Indices:
+def find_vertical_senses(planes: PlaneTable, up: FloatArray, leaning: Estimates) -> Indices:
     """Return 1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0.
 
     `up` (f, 3) is that of each face's scene, `leaning` what `tilts` says of these planes.
@@ -73,7 +73,7 @@ class Grounds:
         heights = dots(table.points, ups[table.tolerance.scene])
         rows, vertices = members
         count = int(rows[-1]) + 1
-        found = _highest(rows, vertices, count, table, -heights[vertices])
+        found = _find_highest(rows, vertices, count, table, -heights[vertices])
         scene = np.zeros(count, dtype=np.intp)
         scene[rows] = table.tolerance.scene[vertices]
         return cls(*found, heights, ups[scene], floors)
@@ -112,14 +112,14 @@ class Grounds:
         total = np.zeros((len(known), 3))
         np.add.at(total, row, every)
         owner, at = np.divmod(known, len(covs))
-        along = quadratic_forms(total, covs[at])
+        along = compute_quadratic_forms(total, covs[at])
         variances = np.bincount(owner, along, minlength=len(things)).astype(np.float64)
         above = values - base
         above[np.abs(above) <= ROUNDING * (np.abs(values) + np.abs(base))] = 0.0
         return Estimates.of(above, variances)
 
 
-def _highest(
+def _find_highest(
     rows: Indices, vertices: Indices, count: int, table: FaceTable, reach: FloatArray
 ) -> tuple[Indices, Indices, Indices]:
     """Return (body, vertex) (m,) of the highest vertices of bodies by 3 sd, and how many a body.
@@ -140,7 +140,7 @@ def _highest(
     return rows[order], vertices[order], np.bincount(rows, minlength=count)
 
 
-def extremes(
+def compute_extreme_heights(
     vertices: Indices, counts: Indices, things: Indices, grounds: Grounds, table: FaceTable
 ) -> tuple[Estimates, Estimates]:
     """Return heights (b,) of the highest and the lowest vertices of bodies above their things'
@@ -152,7 +152,7 @@ def extremes(
     rows = np.repeat(np.arange(bodies), counts)
     heights = grounds.heights[vertices]
     # The lowest are the highest of the same, upside down.
-    rows, at, found = _highest(
+    rows, at, found = _find_highest(
         np.concatenate((rows, bodies + rows)),
         np.concatenate((vertices, vertices)),
         2 * bodies,
@@ -172,11 +172,13 @@ def extremes(
     )
 
 
-def elevations(table: FaceTable, faces: Indices, things: Indices, grounds: Grounds) -> Estimates:
+def compute_elevations(
+    table: FaceTable, faces: Indices, things: Indices, grounds: Grounds
+) -> Estimates:
     """Return heights (r,) of the middles of faces (r,) above the grounds of their things (r,)."""
     members = table.members
     _, there = row_table(members.counts[faces])
-    own = row_starts(members.counts)[faces][:, None] + np.arange(there.shape[1])
+    own = find_row_starts(members.counts)[faces][:, None] + np.arange(there.shape[1])
     own = own[there]
     rows = np.nonzero(there)[0]
     up = grounds.up[things]

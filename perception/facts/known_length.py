@@ -7,7 +7,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.length_units import stated_length
+from facetlog.perception.length_units import parse_length
 from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scaled_scene import in_metres
@@ -37,7 +37,7 @@ class KnownLength:
         words, equals, value = text.partition("=")
         if not (words.strip() and equals):
             raise InputError(f"{option} {text!r:.60}: give a known length as {EXAMPLES}")
-        length = stated_length(value, f"{option} {words.strip()!r:.40} =")
+        length = parse_length(value, f"{option} {words.strip()!r:.40} =")
         return cls(tuple(words.split()), length.metres, length.sd or 0.0)
 
 
@@ -53,7 +53,7 @@ class Scale:
         return f"the scene's unit is {self.metres:.{digits}f} ± {self.sd:.2g} m"
 
 
-def with_known_length(scene: Scene, known: KnownLength) -> tuple[Scene, Scale]:
+def scale_by_known_length(scene: Scene, known: KnownLength) -> tuple[Scene, Scale]:
     """Return the scene in metres by a length that is known in it, and the scale that follows.
 
     The scale is as sure as the known length and that length as it was measured here (in_metres

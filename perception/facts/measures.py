@@ -12,19 +12,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.batch_linalg import along_axes, dots, quadratic_forms
+from facetlog.perception.batch_linalg import compute_quadratic_forms, dots, project_on_axes
 from facetlog.perception.facts.relations import FacePairs, offsets
-from facetlog.perception.flat_faces import cross, plane_axes
+from facetlog.perception.flat_faces import cross, make_plane_axes
 from facetlog.perception.ragged import (
     Bools,
     Indices,
-    padded_sums,
-    row_starts,
-    row_sums,
+    find_row_starts,
     row_table,
+    sum_padded_rows,
+    sum_rows,
 )
-from facetlog.perception.surfaces.contacts import face_distances
-from facetlog.perception.surfaces.convex_hulls import Hulls, least_rectangle, least_rectangles
+from facetlog.perception.surfaces.contacts import measure_face_distances
+from facetlog.perception.surfaces.convex_hulls import (
+    Hulls,
+    find_least_rectangle,
+    find_least_rectangles,
+)
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import following
 from facetlog.perception.types import FloatArray
@@ -84,7 +88,7 @@ def face_sizes(table: FaceTable) -> FaceSizes:
     own = table.covs[members.vertex]
     place, _ = row_table(members.counts)
     outer = np.arange(place.shape[1]) < table.sizes[:, None]
-    direction, _, _ = least_rectangles(table.flat, table.there, table.convex)
+    direction, _, _ = find_least_rectangles(table.flat, table.there, table.convex)
     across = direction[:, ::-1] * [-1.0, 1.0]
     extents, slopes, ways = [], [], []
     for way in (direction, across):
@@ -135,12 +139,12 @@ def _extents(table: FaceTable, way: FloatArray) -> tuple[FloatArray, FloatArray]
         there = np.where(table.there, sign * reach, -np.inf)
         equal = table.tolerance.highest(table.outlines, there)
         weights += np.where(equal, sign, 0.0) / np.maximum(equal.sum(axis=1), 1)[:, None]
-    return padded_sums(weights * reach), weights
+    return sum_padded_rows(weights * reach), weights
 
 
 def _variances(slopes: FloatArray, covs: FloatArray, counts: Indices) -> FloatArray:
     """Return Σ gᵀ C g (f,) over rows of gradients (m, 3) at vertices of covariances (m, 3, 3)."""
-    return row_sums(quadratic_forms(slopes, covs), counts)
+    return sum_rows(compute_quadratic_forms(slopes, covs), counts)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -154,10 +158,10 @@ class Group:
     @classmethod
     def of(cls, faces: Sequence[int], members: Indices, points: FloatArray) -> "Group":
         """Return a thing of these faces and vertices; `points` (n, 3) are the scene's."""
-        return cls(np.array(faces, dtype=np.intp), members, outer_members(members, points))
+        return cls(np.array(faces, dtype=np.intp), members, find_hull_vertices(members, points))
 
 
-def outer_members(members: Indices, points: FloatArray) -> Indices:
+def find_hull_vertices(members: Indices, points: FloatArray) -> Indices:
     """Return the vertices of a thing that lie on its convex hull: no silhouette needs the
     others.
     """
@@ -188,7 +192,9 @@ def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
     return _reaches(table, groups, 1.0)
 
 
-def reaches_behind(table: FaceTable, groups: Sequence[Group], pairs: FacePairs) -> Estimates:
+def measure_reaches_behind(
+    table: FaceTable, groups: Sequence[Group], pairs: FacePairs
+) -> Estimates:
     """Return how far the things reach behind their faces' planes, group by group: to the side
     opposite, where there is one, else to the farthest vertices.
 
@@ -249,10 +255,10 @@ def _reaches(table: FaceTable, groups: Sequence[Group], sign: float) -> Estimate
     middles = np.zeros((len(faces), 3))
     np.add.at(middles, row, weights[row, column, None] * table.points[vertex])
     middles[alone] = table.middles[faces[alone]]
-    along = quadratic_forms(normals[row], table.covs[vertex])
+    along = compute_quadratic_forms(normals[row], table.covs[vertex])
     own = np.bincount(row, weights[row, column] ** 2 * along, minlength=len(faces))
     levers = np.column_stack([middles, np.ones(len(faces))])
-    of_plane = quadratic_forms(levers, planes.covs[faces])
+    of_plane = compute_quadratic_forms(levers, planes.covs[faces])
     signed = (middles * normals).sum(axis=1) + offset
     signed[alone] = 0.0
     return Estimates.of(np.maximum(signed, 0.0), np.maximum(of_plane, 0.0) + np.maximum(own, 0.0))
@@ -275,7 +281,7 @@ def shares(table: FaceTable, groups: Sequence[Group]) -> Estimates:
     they are faces or mere edges. Holes count as silhouette, and a hollow (an L's notch) as well.
     """
     faces, counts, vertices = _pairs(groups, whole=False)
-    starts = row_starts(counts)
+    starts = find_row_starts(counts)
     longest = int(counts.max(initial=0)) + int(table.members.counts.max(initial=0))
     step = max(1, MOST_NUMBERS // max(longest * max(longest, 2 * table.flat.shape[1]), 1))
     found = [
@@ -307,14 +313,14 @@ def _beyond(table: FaceTable, faces: Indices, others: Indices, there: Bools) -> 
     tilt = planes.tilt_sds[faces, None] * depth
     scenes = table.scene[faces, None]
     limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt), scenes)
-    flat = along_axes(where - table.middles[faces, None], table.axes[faces])
+    flat = project_on_axes(where - table.middles[faces, None], table.axes[faces])
     # What is that far from the outline's box needs no closer look.
     own_flat = table.flat[faces]
     low, high = own_flat.min(axis=1)[:, None], own_flat.max(axis=1)[:, None]
     away = np.maximum(np.maximum(low - flat, flat - high), 0.0)
     beyond: Bools = there & (np.hypot(away[..., 0], away[..., 1]) > limit)
     row, column = np.nonzero(there & ~beyond)
-    outside, _ = face_distances(table, faces[row], flat[row, column][:, None])
+    outside, _ = measure_face_distances(table, faces[row], flat[row, column][:, None])
     beyond[row, column] = outside[:, 0] > limit[row, column]
     return beyond
 
@@ -327,13 +333,13 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     beyond = _beyond(table, faces, others, there)
     sizes = table.members.counts[faces]
     rows, width = np.arange(len(faces)), int(sizes.max())
-    mine = row_starts(table.members.counts)[faces, None] + np.minimum(
+    mine = find_row_starts(table.members.counts)[faces, None] + np.minimum(
         np.arange(width), sizes[:, None] - 1
     )
     vertex = np.concatenate((table.members.vertex[mine], others), axis=1)
     candidate = np.concatenate((np.arange(width) < sizes[:, None], beyond), axis=1)
     where, normals = table.points[vertex], table.planes.normals[faces]
-    flat = along_axes(where - table.middles[faces, None], table.axes[faces])
+    flat = project_on_axes(where - table.middles[faces, None], table.axes[faces])
 
     finest = table.tolerance.finest[table.scene[faces]]
     hulls = Hulls(flat, candidate, table.convex[faces] & ~beyond.any(axis=1), finest)
@@ -356,7 +362,9 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     whole = np.where(seen, silhouettes, 1.0)
     # R = A / H:  dR = (dA - R dH) / H
     ratios = table.areas[faces] / whole
-    spans = spokes[rows[:, None], after] - spokes[rows[:, None], _preceding(hulls.sizes, after)]
+    spans = (
+        spokes[rows[:, None], after] - spokes[rows[:, None], _find_preceding(hulls.sizes, after)]
+    )
     gradient = cross(spans, 0.5 * normals[:, None])
     slopes = np.zeros(where.shape)
     np.add.at(slopes, (row, column), weight[:, None] * gradient[row, corner])
@@ -366,20 +374,22 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     by_vertices = _variances(own, table.covs[vertex[candidate]], candidate.sum(axis=1))
     leaning = ratios[:, None] * (vectors - silhouettes[:, None] * normals)
     normal_covs = table.planes.normal_covs[faces]
-    by_normal = quadratic_forms(leaning, normal_covs) / whole**2
+    by_normal = compute_quadratic_forms(leaning, normal_covs) / whole**2
     variances = np.maximum(by_vertices, 0.0) + np.maximum(by_normal, 0.0)
     return Estimates.of(
         np.where(seen, np.minimum(ratios, 1.0), 0.0), np.where(seen, variances, 1.0)
     )
 
 
-def _preceding(sizes: Indices, after: Indices) -> Indices:
+def _find_preceding(sizes: Indices, after: Indices) -> Indices:
     """Return place (r, k) of the corner before each one of loops of some sizes (r,)."""
     steps = np.arange(after.shape[1])
     return np.where(steps == 0, np.maximum(sizes - 1, 0)[:, None], steps - 1)
 
 
-def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[float, float, float]]:
+def find_thing_boxes(
+    table: FaceTable, groups: Sequence[Group]
+) -> Iterator[tuple[float, float, float]]:
     """Return sides, longest first, of the least boxes round things, square to each one's largest
     face.
 
@@ -396,8 +406,8 @@ def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[flo
     vertices = np.concatenate([group.outer for group in groups])
     points, there = table.points[vertices[place[owner]]], there[owner]
     normals = table.planes.normals[faces]
-    frames = plane_axes(normals, table.axes[faces, 0])
-    _, lengths, widths = least_rectangles(along_axes(points, frames), there)
+    frames = make_plane_axes(normals, table.axes[faces, 0])
+    _, lengths, widths = find_least_rectangles(project_on_axes(points, frames), there)
     depths = np.ptp(dots(points, normals[:, None]), axis=1)
     boxes = np.sort(np.column_stack([lengths, widths, depths]), axis=1)[:, ::-1]
     order = np.lexsort((*boxes.T[::-1], boxes.prod(axis=1), owner))
@@ -406,12 +416,12 @@ def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[flo
     return zip(high, middle, low, strict=True)
 
 
-def box_of_points(points: FloatArray) -> tuple[float, float, float]:
+def find_box_of_points(points: FloatArray) -> tuple[float, float, float]:
     """Return sides, longest first, of the least box round points (n, 3), n > 1, square to the
     direction in which they vary least.
     """
     normal = np.linalg.eigh(np.cov(points.T))[1][:, 0]
-    axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    _, length, width = least_rectangle(points @ axes.T)
+    axes = make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    _, length, width = find_least_rectangle(points @ axes.T)
     low, middle, high = sorted((length, width, float(np.ptp(points @ normal))))
     return high, middle, low

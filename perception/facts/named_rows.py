@@ -36,17 +36,19 @@ def names(letter: str, count: int) -> tuple[str, ...]:
     return tuple(f"{letter}{i}" for i in range(1, count + 1))
 
 
-def named_in_order(letter: str, counts: Indices) -> NDArray[np.object_]:
+def make_names_in_order(letter: str, counts: Indices) -> NDArray[np.object_]:
     """Return names of all that the scenes have of a kind, so many each, scene by scene.
 
-    >>> named_in_order("f", np.array([2, 1])).tolist()
+    >>> make_names_in_order("f", np.array([2, 1])).tolist()
     ['f1', 'f2', 'f1']
     """
     every = np.array(names(letter, int(counts.max(initial=0))), dtype=np.object_)
     return np.concatenate([every[:0], *(every[:count] for count in counts.tolist())])
 
 
-def rows_from(columns: Sequence[list[str] | list[int] | FloatArray]) -> list[tuple[Value, ...]]:
+def convert_to_rows(
+    columns: Sequence[list[str] | list[int] | FloatArray],
+) -> list[tuple[Value, ...]]:
     """Return rows of columns of one length."""
     plain = (c.tolist() if isinstance(c, np.ndarray) else c for c in columns)
     return list(zip(*plain, strict=True))

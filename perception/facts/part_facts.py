@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.batch_linalg import dots, quadratic_forms
+from facetlog.perception.batch_linalg import compute_quadratic_forms, dots
 from facetlog.perception.facts import relations
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
@@ -63,13 +63,13 @@ def edge_facts(s: SceneMemo, rows: BlockFacts) -> None:
     length = np.sqrt(dots(span, span))
     # ∂|p - q|/∂p is the unit vector from q to p
     u = span / np.where(length > 0.0, length, 1.0)[:, None]
-    variance = quadratic_forms(u, table.covs[start] + table.covs[end])
+    variance = compute_quadratic_forms(u, table.covs[start] + table.covs[end])
     rows.add("edge_length", scenes, found, length, np.sqrt(np.maximum(variance, 0.0)))
     edges = [edge for scene in s.scenes for edge in scene.edges]
     support = np.array([edge.support for edge in edges], dtype=np.float64)
     rows.add("edge_support", scenes[s.listed], found[s.listed], support)
     if rows.wants("evidence"):
-        seen = _face_evidence(s) == Evidence.MEASURED.value
+        seen = _collect_face_evidence(s) == Evidence.MEASURED.value
         evidence = np.full(len(found), Evidence.IMPLIED.value, dtype=np.object_)
         edge, face = s.bounds.T
         evidence[edge[seen[face]]] = Evidence.MEASURED.value
@@ -80,7 +80,7 @@ def edge_facts(s: SceneMemo, rows: BlockFacts) -> None:
         rows.add("bounds", scenes[edge], found[edge], s.face_names[face])
 
 
-def _face_evidence(s: SceneMemo) -> NDArray[np.object_]:
+def _collect_face_evidence(s: SceneMemo) -> NDArray[np.object_]:
     found = [face.evidence.value for scene in s.scenes for face in scene.faces]
     return np.array(found, dtype=np.object_)
 
@@ -89,7 +89,7 @@ def face_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add faces, their corners, and the share of them that was seen."""
     table, found, scenes = s.table, s.face_names, s.table.scene
     rows.add("face", scenes, found)
-    rows.add("evidence", scenes, found, _face_evidence(s))
+    rows.add("evidence", scenes, found, _collect_face_evidence(s))
     face, place = np.nonzero(table.there)
     corner = s.vertex_names[table.outlines[face, place]]
     rows.add("corner", scenes[face], found[face], place + 1, corner)
@@ -119,7 +119,7 @@ def plane_facts(s: SceneMemo, rows: BlockFacts) -> None:
     table, planes, found = s.table, s.table.planes, s.face_names
     rows.add("plane", table.scene, found, *planes.normals.T, planes.offsets)
     levers = np.column_stack([table.middles, np.ones(len(table))])
-    offset_sds = np.sqrt(np.maximum(quadratic_forms(levers, planes.covs), 0.0))
+    offset_sds = np.sqrt(np.maximum(compute_quadratic_forms(levers, planes.covs), 0.0))
     rows.add("plane_sd", table.scene, found, np.rad2deg(planes.tilt_sds), offset_sds)
 
 
@@ -156,7 +156,7 @@ def offset_facts(s: SceneMemo, rows: BlockFacts) -> None:
     _of_all_pairs("offset", s.offsets, s, rows)
 
 
-def _faces_both_ways(functor: str, pairs: Indices, s: SceneMemo, rows: BlockFacts) -> None:
+def _add_face_pairs(functor: str, pairs: Indices, s: SceneMemo, rows: BlockFacts) -> None:
     one, two = pairs.T
     rows.add_both_ways(functor, s.table.scene[one], s.face_names[one], s.face_names[two])
 
@@ -164,15 +164,15 @@ def _faces_both_ways(functor: str, pairs: Indices, s: SceneMemo, rows: BlockFact
 def opposite_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add pairs of faces that look away from each other or at each other."""
     if len(s.table):
-        found = relations.opposite_pairs(s.table, s.pairs, s.angles)
-        _faces_both_ways("opposite", found, s, rows)
+        found = relations.find_opposite_pairs(s.table, s.pairs, s.angles)
+        _add_face_pairs("opposite", found, s, rows)
 
 
 def coplanar_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add pairs of faces in one plane."""
-    found = relations.coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)
+    found = relations.find_coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)
     one, two = s.pairs.one[found], s.pairs.two[found]
-    _faces_both_ways("coplanar", np.column_stack([one, two]), s, rows)
+    _add_face_pairs("coplanar", np.column_stack([one, two]), s, rows)
 
 
 def meeting_facts(s: SceneMemo, rows: BlockFacts) -> None:
@@ -207,4 +207,4 @@ def dihedral_facts(s: SceneMemo, rows: BlockFacts) -> None:
     one, two = (s.face_names[each] for each in bent.faces.T)
     rows.add_both_ways("dihedral", s.table.scene[bent.faces[:, 0]], one, two, through, sds)
     for functor, bulges in (("convex", bent.convex), ("concave", bent.concave)):
-        _faces_both_ways(functor, bent.faces[bulges], s, rows)
+        _add_face_pairs(functor, bent.faces[bulges], s, rows)

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from facetlog.perception.batch_linalg import along_axes, dots
-from facetlog.perception.facts.relations import seen_along
-from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.ragged import Bools, Indices, pairs_in_rows
+from facetlog.perception.batch_linalg import dots, project_on_axes
+from facetlog.perception.facts.relations import project_outlines
+from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.ragged import Bools, Indices, find_pairs_in_rows
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
-from facetlog.perception.surfaces.convex_hulls import least_rectangles
+from facetlog.perception.surfaces.convex_hulls import find_least_rectangles
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import Outlines
 from facetlog.perception.types import FloatArray
@@ -55,12 +55,12 @@ class Plans:
         index = np.flatnonzero((rise > np.sin(UPRIGHT)) & (table.areas > 0.0))
         # All of a scene along the axes of the first of them.
         _, first, of = np.unique(table.scene[index], return_index=True, return_inverse=True)
-        axes = plane_axes(up[index[first]], table.axes[index[first], 0])[of]
-        outlines = seen_along(table, index, axes)
+        axes = make_plane_axes(up[index[first]], table.axes[index[first], 0])[of]
+        outlines = project_outlines(table, index, axes)
         seen = outlines.areas > 0.0
         index, outlines, axes = index[seen], outlines.take(seen), axes[seen]
         counts = np.bincount(table.scene[index], minlength=len(ups))
-        one, two = pairs_in_rows(counts, counts)
+        one, two = find_pairs_in_rows(counts, counts)
         low, high = outlines.low, outlines.high
         meet = ((low[one] <= high[two]) & (low[two] <= high[one])).all(axis=1) & (one != two)
         return cls(table, up, index, outlines, axes, np.column_stack([one[meet], two[meet]]))
@@ -72,21 +72,21 @@ def overlaps(plans: Plans) -> tuple[Indices, Indices, FloatArray]:
     """
     one, two = plans.meeting[plans.meeting[:, 0] < plans.meeting[:, 1]].T
     areas = plans.outlines.areas
-    shares = plans.outlines.take(one).shared_areas(plans.outlines.take(two))
+    shares = plans.outlines.take(one).compute_shared_areas(plans.outlines.take(two))
     shares /= np.minimum(areas[one], areas[two])
     stated = shares >= LEAST_OVERLAP
     one, two = plans.index[one[stated]], plans.index[two[stated]]
     return one, two, np.minimum(shares[stated], 1.0)
 
 
-def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
+def _make_ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
     """Return points (l, q, 2) of grids square to the plans' least rectangles; which are in them (l,
     q).
     """
     corners, there = outlines.corners()
-    direction, length, width = least_rectangles(corners, there, outlines.convex)
+    direction, length, width = find_least_rectangles(corners, there, outlines.convex)
     frames = np.stack([direction, direction[:, ::-1] * [-1.0, 1.0]], axis=1)
-    reach = along_axes(corners, frames)
+    reach = project_on_axes(corners, frames)
     low = np.where(there[..., None], reach, np.inf).min(axis=1)
     steps = (np.arange(RAYS) + 0.5) / RAYS
     along = low[:, 0, None] + length[:, None] * steps
@@ -94,7 +94,7 @@ def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
     grid = np.empty((len(corners), RAYS, RAYS, 2))
     grid[..., 0], grid[..., 1] = along[:, :, None], across[:, None]
     flat = grid.reshape(len(corners), RAYS * RAYS, 2)
-    where = along_axes(flat, frames.transpose(0, 2, 1))
+    where = project_on_axes(flat, frames.transpose(0, 2, 1))
     inside = outlines.hold(where)
     lost = np.flatnonzero(~inside.any(axis=1))
     if len(lost):  # so narrow that no ray meets it
@@ -104,7 +104,7 @@ def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
     return where, inside
 
 
-def _solid_down_to(
+def _find_solid_bottoms(
     table: FaceTable, contacts: SideContacts, senses: Indices, up: FloatArray
 ) -> FloatArray:
     """Return the height (f,) down to which the solid under each upward face is seen to reach.
@@ -126,14 +126,14 @@ def _solid_down_to(
     side = np.where(upward[rim, 0], bent.faces[rim, 1], bent.faces[rim, 0])
     depths = bottoms.copy()
     for face in np.unique(side[~table.convex[side]]).tolist():
-        depths[face] = max(bottoms[face], _mostly_down_to(table, face, up[face]))
+        depths[face] = max(bottoms[face], _find_usual_bottom(table, face, up[face]))
     sides, own = np.full(len(table), -np.inf), np.full(len(table), np.inf)
     np.maximum.at(sides, roofs[roof], depths[side])
     np.minimum.at(own, roofs, bottoms)
     return np.where(np.isfinite(sides), sides, own)[roofs]
 
 
-def _mostly_down_to(table: FaceTable, face: int, up: FloatArray) -> float:
+def _find_usual_bottom(table: FaceTable, face: int, up: FloatArray) -> float:
     """Return the height to which four in five columns of a face's outline reach from its upper
     sides.
     """
@@ -168,8 +168,8 @@ class _Rays:
         table, up, index = plans.table, plans.up, plans.index
         normals, middles, up = table.planes.normals[index], table.middles[index], up[index]
         # The plane of a face has the height base + slopes · x over the plan.
-        slopes = -along_axes(normals[:, None], plans.axes)[:, 0] / dots(normals, up)[:, None]
-        base = dots(middles, up) - dots(slopes, along_axes(middles[:, None], plans.axes)[:, 0])
+        slopes = -project_on_axes(normals[:, None], plans.axes)[:, 0] / dots(normals, up)[:, None]
+        base = dots(middles, up) - dots(slopes, project_on_axes(middles[:, None], plans.axes)[:, 0])
         start = base[rows, None] + dots(where, slopes[rows, None])
         low, high = np.searchsorted(plans.meeting[:, 0], (rows.start, rows.start + len(where)))
         ray, hit = plans.meeting[low:high].T
@@ -179,7 +179,7 @@ class _Rays:
         starts = np.flatnonzero(np.diff(ray, prepend=-1))
         return cls(start, hits, hit, starts, ray[starts])
 
-    def highest_below(self, limits: FloatArray, faces: Bools) -> FloatArray:
+    def find_highest_below(self, limits: FloatArray, faces: Bools) -> FloatArray:
         """Return heights (r, q) where rays next meet one of `faces` (l,) below limits (r, q), or
         -inf.
         """
@@ -207,15 +207,15 @@ def clear_below(
     (-1).
     """
     table, index = plans.table, plans.index
-    where, inside = _ray_grids(plans.outlines)
+    where, inside = _make_ray_grids(plans.outlines)
     finest = table.tolerance.finest[table.scene]
-    solid = _solid_down_to(table, contacts, senses, plans.up)
+    solid = _find_solid_bottoms(table, contacts, senses, plans.up)
     heights = np.zeros(len(index))
     pairs = np.bincount(plans.meeting[:, 0], minlength=len(index))
-    for rows in _portions(pairs):
+    for rows in _iter_portions(pairs):
         rays = _Rays.of_rows(plans, rows, where[rows])
         own = index[rows]
-        free = _free_below(rays, senses[index], senses[own], solid[own], finest[own])
+        free = _find_free_below(rays, senses[index], senses[own], solid[own], finest[own])
         floor = np.maximum(free[1], ground[own, None])
         clear = np.where(inside[rows], np.maximum(free[0] - floor, 0.0), np.inf)
         standing = inside[rows] & (free[0] - ground[own, None] <= finest[own, None])
@@ -229,7 +229,7 @@ def clear_below(
     return index[known], heights[known]
 
 
-def _portions(pairs: Indices) -> Iterator[slice]:
+def _iter_portions(pairs: Indices) -> Iterator[slice]:
     """Yield rows in portions of some PAIRS_AT_ONCE, of which there are so many (r,) for
     each row.
     """
@@ -243,7 +243,7 @@ def _portions(pairs: Indices) -> Iterator[slice]:
         yield slice(begin, len(pairs))
 
 
-def _free_below(
+def _find_free_below(
     rays: _Rays, senses: Indices, own: Indices, solid: FloatArray, resolution: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return heights (r, q) from which rays are free, and at which they next meet a face, or -inf.
@@ -254,8 +254,8 @@ def _free_below(
     resolution = resolution[:, None]
     upward, every = own[:, None] > 0, np.ones(len(senses), dtype=np.bool_)
     limit = rays.start - resolution
-    first = rays.highest_below(limit, every)
-    downward = rays.highest_below(limit, senses < 0)
+    first = rays.find_highest_below(limit, every)
+    downward = rays.find_highest_below(limit, senses < 0)
     leaves = upward & (first > -np.inf) & (downward == first)
     # What faces up within the sides of a solid shows that it is none: boards lie between them.
     hollow = (first > solid[:, None] + resolution) & ~leaves
@@ -263,4 +263,4 @@ def _free_below(
     solid_end = np.where(upward, ends, rays.start)
     free_from = np.where(leaves, first, solid_end)
     limit = np.where(leaves, free_from, rays.start) - resolution
-    return free_from, rays.highest_below(limit, every)
+    return free_from, rays.find_highest_below(limit, every)

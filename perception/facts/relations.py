@@ -6,14 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from facetlog.perception.batch_linalg import along_axes, dots, quadratic_forms
-from facetlog.perception.flat_faces import cross, plane_axes
+from facetlog.perception.batch_linalg import compute_quadratic_forms, dots, project_on_axes
+from facetlog.perception.flat_faces import cross, make_plane_axes
 from facetlog.perception.ragged import (
     Indices,
-    chosen_places,
-    pairs_in_rows,
-    row_starts,
-    row_sums,
+    find_entries_of_rows,
+    find_pairs_in_rows,
+    find_row_starts,
+    sum_rows,
 )
 from facetlog.perception.scene import Plane
 from facetlog.perception.surfaces.face_table import FaceTable
@@ -53,18 +53,18 @@ def _angles(
     n_way, m_way = cross(across, n), cross(m, across)
 
     # dθ = -n_way · dn - m_way · dm, with the ways towards the other normal.
-    within = quadratic_forms(n_way, covs, one) + quadratic_forms(m_way, covs, two)
+    within = compute_quadratic_forms(n_way, covs, one) + compute_quadratic_forms(m_way, covs, two)
     # An error e across, with sd s, adds e² cot θ / 2 to the angle: with t = |tan θ| a mean square
     # of 3/4 s⁴ / t² far from 0° and 180°, and of s² - 2 √(2/π) s t close to them. Both are in
     # s⁴ / (s² + 2 √(2/π) s t + 4/3 t²), here times cos² above and below, for the right angle.
-    s2 = quadratic_forms(across, covs, one) + quadratic_forms(across, covs, two)
+    s2 = compute_quadratic_forms(across, covs, one) + compute_quadratic_forms(across, covs, two)
     c = np.abs(cosine)
     below = s2 * c * c + MEAN_FOLD * np.sqrt(s2) * sine * c + 4.0 / 3.0 * sine * sine
     extra = np.divide(s2 * s2 * c * c, below, out=np.zeros_like(s2), where=below > 0)
     return angle, np.sqrt(within + extra)
 
 
-def angle_between(p: Plane, q: Plane) -> tuple[float, float]:
+def compute_angle_between(p: Plane, q: Plane) -> tuple[float, float]:
     """Return the angle between the normals, in [0, π] rad, and its standard deviation (rad).
 
     Takes the errors of the two planes to be independent; planes that share vertices are not quite.
@@ -88,7 +88,7 @@ def angles_between(
     return (first[0] + second[0]) / 2, (first[1] + second[1]) / 2
 
 
-def pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
+def compute_pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
     """Return angles (n, n) and standard deviations (n, n) between all normals, rad; 0 on the
     diagonal.
     """
@@ -128,13 +128,13 @@ class FacePairs:
     def of(cls, table: FaceTable) -> "FacePairs":
         """Return the pairs of all scenes of a table."""
         faces = table.face_counts
-        one, two = pairs_in_rows(faces, faces)
+        one, two = find_pairs_in_rows(faces, faces)
         apart = one != two
         one, two = one[apart], two[apart]
         counts = faces * (faces - 1)
         # A face has a pair with each of the others of its scene, in their order.
-        start = row_starts((faces - 1)[table.scene])
-        first = row_starts(faces)[table.scene]
+        start = find_row_starts((faces - 1)[table.scene])
+        first = find_row_starts(faces)[table.scene]
         other = start[two] + one - first[two] - (one > two)
         return cls(one, two, other, counts)
 
@@ -162,11 +162,11 @@ def offsets(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]
     """
     slopes, members = table.members.middle_slope, table.members
     # Of a middle: Σ J C Jᵀ over its vertices.
-    covs = row_sums(slopes @ table.covs[members.vertex] @ slopes.transpose(0, 2, 1), members.counts)
+    covs = sum_rows(slopes @ table.covs[members.vertex] @ slopes.transpose(0, 2, 1), members.counts)
     return table.planes.heights(pairs.two, pairs.one, table.middles, covs)
 
 
-def coplanar_pairs(
+def find_coplanar_pairs(
     table: FaceTable,
     pairs: FacePairs,
     angles: tuple[FloatArray, FloatArray],
@@ -182,29 +182,29 @@ def coplanar_pairs(
     return rows[(flat & near & near[pairs.other])[rows]]
 
 
-def seen_along(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines:
+def project_outlines(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines:
     """Return outlines (r,) of faces (r,) in frames (r, 2, 3) of their own, or in one (2, 3) for
     all.
     """
     points = table.points
     frames = np.broadcast_to(frames, (len(faces), 2, 3))
-    loops = along_axes(points[table.outlines[faces]], frames)
+    loops = project_on_axes(points[table.outlines[faces]], frames)
 
     def rings_of(rows: Indices) -> tuple[FloatArray, Indices, Indices]:
         own, sides = faces[rows], table.sides
         corners = np.bincount(sides.face, minlength=len(table))
-        corner = sides.ends[chosen_places(corners, own), 0]
+        corner = sides.ends[find_entries_of_rows(corners, own), 0]
         turned = np.repeat(frames[rows], corners[own], axis=0)
-        ring_of = sides.face[row_starts(sides.lengths)]
+        ring_of = sides.face[find_row_starts(sides.lengths)]
         rings = np.bincount(ring_of, minlength=len(table))
-        lengths = sides.lengths[chosen_places(rings, own)]
-        flat = along_axes(points[corner][:, None], turned)[:, 0]
+        lengths = sides.lengths[find_entries_of_rows(rings, own)]
+        flat = project_on_axes(points[corner][:, None], turned)[:, 0]
         return flat, lengths, np.repeat(np.arange(len(rows)), rings[own])
 
     return Outlines.of(loops, table.sizes[faces], table.convex[faces], rings_of)
 
 
-def opposite_pairs(
+def find_opposite_pairs(
     table: FaceTable, every: FacePairs, angles: tuple[FloatArray, FloatArray]
 ) -> Indices:
     """Return pairs (p, 2), i < j, with opposed normals whose outlines overlap along the mean
@@ -223,10 +223,10 @@ def opposite_pairs(
     aside = between - dots(between, mean)[:, None] * mean
     close = np.sqrt(dots(aside, aside)) < radii[one] + radii[two]
     opposed, mean = opposed[close], mean[close]
-    frames = plane_axes(mean, table.axes[opposed[:, 0], 0])
+    frames = make_plane_axes(mean, table.axes[opposed[:, 0], 0])
     pairs = len(opposed)
-    both = seen_along(table, opposed.T.ravel(), np.concatenate((frames, frames)))
+    both = project_outlines(table, opposed.T.ravel(), np.concatenate((frames, frames)))
     first, second = both.take(np.arange(pairs)), both.take(np.arange(pairs, 2 * pairs))
     least = np.minimum(first.areas, second.areas)
-    facing = (least > 0.0) & (first.shared_areas(second) >= LEAST_FACING * least)
+    facing = (least > 0.0) & (first.compute_shared_areas(second) >= LEAST_FACING * least)
     return np.asarray(opposed[facing], dtype=np.intp)

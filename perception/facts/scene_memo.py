@@ -9,18 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts import relations
-from facetlog.perception.facts.gaps.carried_things import carried_together
-from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
-from facetlog.perception.facts.levels.filled_space import FilledSpace, filled_spaces
+from facetlog.perception.facts.gaps.carried_things import join_carried_things
+from facetlog.perception.facts.heights import Grounds, find_vertical_senses, tilts
+from facetlog.perception.facts.levels.filled_space import FilledSpace, compute_filled_spaces
 from facetlog.perception.facts.measures import Estimates, FaceSizes, Group, face_sizes
-from facetlog.perception.facts.named_rows import named_in_order
+from facetlog.perception.facts.named_rows import make_names_in_order
 from facetlog.perception.facts.plan_view import Plans
 from facetlog.perception.facts.relations import FacePairs
-from facetlog.perception.ragged import Bools, Indices, row_starts
+from facetlog.perception.ragged import Bools, Indices, find_row_starts
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.contacts import SideContacts, edges_along_sides, side_contacts
+from facetlog.perception.surfaces.contacts import (
+    SideContacts,
+    find_edges_along_sides,
+    find_side_contacts,
+)
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.surfaces.floors import floor_heights
+from facetlog.perception.surfaces.floors import find_floor_heights
 from facetlog.perception.surfaces.things import Thing, find_things
 from facetlog.perception.types import FloatArray
 
@@ -56,7 +60,7 @@ class SceneMemo:
         sides = np.split(self.table.sides.ends, np.cumsum(self.table.side_counts)[:-1])
         found: list[tuple[int, int]] = []
         counts: list[int] = []
-        firsts = row_starts(self.table.vertex_counts).tolist()
+        firsts = find_row_starts(self.table.vertex_counts).tolist()
         for scene, own, first in zip(self.scenes, sides, firsts, strict=True):
             listed = [(first + edge.start, first + edge.end) for edge in scene.edges]
             known = {(a, b) if a < b else (b, a) for a, b in listed}
@@ -88,19 +92,19 @@ class SceneMemo:
     @cached_property
     def listed(self) -> Bools:
         """Which edges (e,) the scenes list themselves."""
-        place = np.arange(len(self.edges)) - row_starts(self.edge_counts)[self.edge_scene]
+        place = np.arange(len(self.edges)) - find_row_starts(self.edge_counts)[self.edge_scene]
         own = np.array([len(scene.edges) for scene in self.scenes], dtype=np.intp)
         return place < own[self.edge_scene]
 
     @cached_property
     def bounds(self) -> Indices:
         """An edge and a face (b, 2) each, wherever the edge bounds the face."""
-        return edges_along_sides(self.table, self.edges, self.edge_counts)
+        return find_edges_along_sides(self.table, self.edges, self.edge_counts)
 
     @cached_property
     def contacts(self) -> SideContacts:
         """Where sides of faces run along each other."""
-        return side_contacts(self.table)
+        return find_side_contacts(self.table)
 
     @cached_property
     def things(self) -> tuple[Thing, ...]:
@@ -114,8 +118,8 @@ class SceneMemo:
         if not any(grounded):
             return found
         if len(self.scenes) == 1:
-            return carried_together(self.scenes[0], self.table, self.edges, found)
-        faces, edges = row_starts(self.table.face_counts), row_starts(self.edge_counts)
+            return join_carried_things(self.scenes[0], self.table, self.edges, found)
+        faces, edges = find_row_starts(self.table.face_counts), find_row_starts(self.edge_counts)
         return tuple(
             _moved(thing, int(faces[nth]), int(edges[nth]), nth)
             for nth, own in self.alone(np.ones(len(self.scenes), dtype=np.bool_))
@@ -140,7 +144,7 @@ class SceneMemo:
     @cached_property
     def thing_vertices(self) -> tuple[Indices, Indices]:
         """(thing, vertex) (m,) each, by the things, all their vertices, ascending."""
-        first = row_starts(self.table.vertex_counts)
+        first = find_row_starts(self.table.vertex_counts)
         hulls = [
             tuple(
                 int(first[thing.scene]) + i
@@ -150,7 +154,7 @@ class SceneMemo:
             for thing in self.things
         ]
         owner, face = self.thing_faces
-        place, of_faces = self.table.rows_of(face)
+        place, of_faces = self.table.find_member_rows(face)
         of_edges, edge = self.thing_edges
         of_hulls, in_hulls = _listed(hulls)
         thing = np.concatenate((owner[place], np.repeat(of_edges, 2), of_hulls))
@@ -211,7 +215,7 @@ class SceneMemo:
         owners = np.full(len(self.table), -1)
         thing, face = self.thing_faces
         owners[face] = thing
-        return floor_heights(self.scenes, self.table, owners, self.members, self.thing_scene)
+        return find_floor_heights(self.scenes, self.table, owners, self.members, self.thing_scene)
 
     @cached_property
     def grounds(self) -> Grounds | None:
@@ -233,34 +237,34 @@ class SceneMemo:
     @cached_property
     def senses(self) -> Indices:
         """1 (f,) for faces that look up, -1 for those that look down, else 0, where up is known."""
-        return vertical_senses(self.table.planes, self.ups[self.table.scene], self.leaning)
+        return find_vertical_senses(self.table.planes, self.ups[self.table.scene], self.leaning)
 
     @cached_property
     def filled(self) -> dict[int, FilledSpace]:
         """The filled space of each thing, by its index."""
-        return filled_spaces(
+        return compute_filled_spaces(
             self.scenes, self.table, self.edges, self.things, self.members, self.floors
         )
 
     @cached_property
     def face_names(self) -> Names:
         """Names (f,) of the faces."""
-        return named_in_order("f", self.table.face_counts)
+        return make_names_in_order("f", self.table.face_counts)
 
     @cached_property
     def vertex_names(self) -> Names:
         """Names (n,) of the vertices."""
-        return named_in_order("v", self.table.vertex_counts)
+        return make_names_in_order("v", self.table.vertex_counts)
 
     @cached_property
     def edge_names(self) -> Names:
         """Names (e,) of the edges."""
-        return named_in_order("e", self.edge_counts)
+        return make_names_in_order("e", self.edge_counts)
 
     @cached_property
     def thing_names(self) -> Names:
         """Names (t,) of the things."""
-        return named_in_order("t", np.bincount(self.thing_scene, minlength=len(self.scenes)))
+        return make_names_in_order("t", np.bincount(self.thing_scene, minlength=len(self.scenes)))
 
 
 def _moved(thing: Thing, faces: int, edges: int, scene: int) -> Thing:

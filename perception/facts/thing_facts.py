@@ -13,8 +13,8 @@ from facetlog.perception.facts.levels.filled_space import curved_share
 from facetlog.perception.facts.levels.levels import Bounded, shelves_below
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.ragged import Bools, Indices, chosen_places
+from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.ragged import Bools, Indices, find_entries_of_rows
 from facetlog.perception.space.space import LEAST_UNKNOWN, State
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
@@ -42,13 +42,13 @@ def at_rim(
     are the scenes', zero where up is not known: nothing is level there. `widths` (f,) are the
     faces'.
     """
-    axes = plane_axes(ups, np.eye(3)[np.abs(ups).argmin(axis=1)])
+    axes = make_plane_axes(ups, np.eye(3)[np.abs(ups).argmin(axis=1)])
     rise = np.abs(dots(table.planes.normals, ups[table.scene]))
     level: Bools = (rise > LEVEL_ENOUGH) & (table.areas > 0.0)
     stands: Bools = (rise < LEANS_LITTLE) & np.asarray(ups.any(axis=1))[table.scene]
     corners = np.where(table.there[..., None], table.points[table.outlines], 0.0)
     middles = corners.sum(axis=1) / np.maximum(table.sizes, 1)[:, None]
-    rises = _rising(table.points[edges], ups, things)
+    rises = _find_rising_edges(table.points[edges], ups, things)
     for thing in things:
         faces = np.array(thing.faces, dtype=np.intp)
         rims, upright = faces[level[faces]], faces[stands[faces]]
@@ -65,7 +65,7 @@ def at_rim(
             yield thing.scene, is_loose, int(parts[column]), int(rims[row])
 
 
-def _rising(ends: FloatArray, ups: FloatArray, things: Sequence[Thing]) -> Bools:
+def _find_rising_edges(ends: FloatArray, ups: FloatArray, things: Sequence[Thing]) -> Bools:
     """Return which loose edges of things, of all with `ends` (e, 2, 3), reach farther up than
     aside.
     """
@@ -106,15 +106,17 @@ def box_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add the least boxes round things, those with faces first."""
     flat = np.array([bool(thing.faces) for thing in s.things], dtype=np.bool_)
     if s.groups:
-        boxes = np.array(list(measures.thing_boxes(s.table, s.groups)))
+        boxes = np.array(list(measures.find_thing_boxes(s.table, s.groups)))
         rows.add("thing_size", s.thing_scene[flat], s.thing_names[flat], *boxes.T)
     for i in np.flatnonzero(~flat).tolist():
         if len(s.members[i]) > 1:
-            box = measures.box_of_points(s.table.points[s.members[i]])
+            box = measures.find_box_of_points(s.table.points[s.members[i]])
             rows.add_rows("thing_size", s.things[i].scene, [(s.thing_names[i], *box)])
 
 
-def _by_groups(functor: str, found: measures.Estimates, s: SceneMemo, rows: BlockFacts) -> None:
+def _add_group_facts(
+    functor: str, found: measures.Estimates, s: SceneMemo, rows: BlockFacts
+) -> None:
     _, face = s.thing_faces
     rows.add(functor, s.table.scene[face], s.face_names[face], found.values, found.sds)
 
@@ -122,20 +124,20 @@ def _by_groups(functor: str, found: measures.Estimates, s: SceneMemo, rows: Bloc
 def share_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add the share of its thing's silhouette that each face is."""
     if s.groups:
-        _by_groups("share", measures.shares(s.table, s.groups), s, rows)
+        _add_group_facts("share", measures.shares(s.table, s.groups), s, rows)
 
 
 def protrusion_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add how far things reach in front of their faces."""
     if s.groups:
-        _by_groups("protrusion", measures.protrusions(s.table, s.groups), s, rows)
+        _add_group_facts("protrusion", measures.protrusions(s.table, s.groups), s, rows)
 
 
 def reach_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Add how far things reach behind their faces."""
     if s.groups:
-        found = measures.reaches_behind(s.table, s.groups, s.pairs)
-        _by_groups("reach_behind", found, s, rows)
+        found = measures.measure_reaches_behind(s.table, s.groups, s.pairs)
+        _add_group_facts("reach_behind", found, s, rows)
 
 
 def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
@@ -183,16 +185,16 @@ def body_facts(s: SceneMemo, rows: BlockFacts) -> None:
             np.full(len(edge), 2),
         )
     )
-    vertices = np.concatenate((vertex, table.rows_of(face)[1], s.edges[edge].ravel()))
+    vertices = np.concatenate((vertex, table.find_member_rows(face)[1], s.edges[edge].ravel()))
     # Thing by thing, of each itself, its faces and its edges, where up is known.
     order = np.argsort(owners, kind="stable")
     order = order[s.upright[s.thing_scene[owners[order]]]]
     if not len(order):
         return
-    vertices = vertices[chosen_places(own, order)]
+    vertices = vertices[find_entries_of_rows(own, order)]
     whole = order < len(every)
     owners, found = owners[order], found[order]
-    tops, bottoms = heights.extremes(vertices, own[order], owners, grounds, table)
+    tops, bottoms = heights.compute_extreme_heights(vertices, own[order], owners, grounds, table)
     scenes = s.thing_scene[owners]
     for functor, each in (("top_of", tops), ("bottom_of", bottoms)):
         rows.add(functor, scenes, found, each.values, each.sds)
@@ -210,7 +212,7 @@ def elevation_facts(s: SceneMemo, rows: BlockFacts) -> None:
     thing, face = thing[known], face[known]
     if s.grounds is None or not len(face):
         return
-    found = heights.elevations(s.table, face, thing, s.grounds)
+    found = heights.compute_elevations(s.table, face, thing, s.grounds)
     rows.add("elevation", s.table.scene[face], s.face_names[face], found.values, found.sds)
 
 
@@ -324,7 +326,7 @@ def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
             if upright and (axis, sense) == (2, -1):
                 continue  # nobody looks from below
             x, y, z = (sense * space.axes[axis]).tolist()
-            row = (s.thing_names[index], x, y, z, space.would_show(axis, sense))
+            row = (s.thing_names[index], x, y, z, space.measure_visible_unseen(axis, sense))
             rows.add_rows("unseen_towards", thing.scene, [row])
 
 

@@ -12,16 +12,16 @@ from facetlog.perception.detection.line_front_end.corner_tracks import Corners, 
 from facetlog.perception.detection.line_front_end.faces_from_lines import Pictures
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
-from facetlog.perception.detection.working_size import in_own_pixels
+from facetlog.perception.detection.working_size import to_own_pixels
 from facetlog.perception.estimation.incidence import GATE
 from facetlog.perception.estimation.lines.image_line import fit_image_line
-from facetlog.perception.estimation.lines.space_line import line_of_points
-from facetlog.perception.estimation.pose_noise import pixel_covs
+from facetlog.perception.estimation.lines.space_line import fit_line_to_points
+from facetlog.perception.estimation.pose_noise import compute_pixel_covs
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.surfaces.drawing.hidden_surface import (
     HiddenSurface,
-    faces_camera,
     hidden_surface,
+    is_facing_camera,
 )
 from facetlog.perception.types import FloatArray, View
 
@@ -56,7 +56,7 @@ class OneView:
     def of(cls, scene: Scene, given: View, looked: Pictures) -> "OneView":
         return cls(scene, given, looked, hidden_surface(looked.views[0], scene))
 
-    def corner_readings(self) -> CornerReadings:
+    def read_corners(self) -> CornerReadings:
         """Return where the view shows the vertices of measured faces: there its edges meet."""
         (view,), (edges,) = self.looked.views, self.looked.maps
         count = len(self.scene.vertices)
@@ -71,16 +71,18 @@ class OneView:
         corners = Corners(
             self.scene.points, tuple(f.outline for f in faces), tuple(tuple(f.holes) for f in faces)
         )
-        turned = np.array([faces_camera(face, view) for face in faces])
-        shown = corners.sides_shown(turned[:, None])[:, 0] & self._in_sight(corners.segments)
+        turned = np.array([is_facing_camera(face, view) for face in faces])
+        shown = corners.find_shown_side_views(turned[:, None])[:, 0] & self._find_sides_in_sight(
+            corners.segments
+        )
         fits = fit_sides(corners.segments, shown[:, None], [view], [edges])
         for vertex, track in enumerate(track_corners(corners, [view], fits)):
-            for seen in in_own_pixels(track, self.looked.factors).observations:
+            for seen in to_own_pixels(track, self.looked.factors).observations:
                 readings.uv[vertex], readings.cov[vertex] = seen.uv, seen.cov
                 readings.seen[vertex] = True
         return readings
 
-    def with_loose_lines(self, scene: Scene, extra_px: float, factor: float) -> tuple[Scene, int]:
+    def update_loose_lines(self, scene: Scene, extra_px: float, factor: float) -> tuple[Scene, int]:
         """Return the scene with its loose edges updated by the view, and how many were.
 
         `scene` has the faces and edges of the view's own. The variance of pixels is `factor` times
@@ -92,7 +94,7 @@ class OneView:
             return scene, 0
         (view,), (edges,) = self.looked.views, self.looked.maps
         ends = scene.points[np.array([(e.start, e.end) for e in loose])]
-        (fits,) = fit_sides(ends, self._in_sight(ends)[:, None], [view], [edges])
+        (fits,) = fit_sides(ends, self._find_sides_in_sight(ends)[:, None], [view], [edges])
         vertices = list(scene.vertices)
         updated = 0
         for k in np.flatnonzero(fits.good).tolist():
@@ -102,9 +104,11 @@ class OneView:
             across = np.outer(fits.normal[k], fits.normal[k])
             # Along it the readings say nothing, and a line of them asks for nothing.
             noise = (fits.variance[k, :, None, None] + extra_px**2) * factor * across
-            noise += pixel_covs(self.given, ends[k]) * float(np.mean(self.looked.factors)) ** 2
+            noise += (
+                compute_pixel_covs(self.given, ends[k]) * float(np.mean(self.looked.factors)) ** 2
+            )
             known = [vertices[n].cov for n in pair]
-            line = line_of_points(ends[k], known)
+            line = fit_line_to_points(ends[k], known)
             line, chi2 = line.seen(fit_image_line(pixels, noise), view.projection)
             if chi2 > GATE:
                 continue
@@ -114,7 +118,7 @@ class OneView:
             updated += 1
         return replace(scene, vertices=tuple(vertices)), updated
 
-    def _in_sight(self, sides: FloatArray) -> NDArray[np.bool_]:
+    def _find_sides_in_sight(self, sides: FloatArray) -> NDArray[np.bool_]:
         """Return which sides (n, 2, 3) no face hides from the view, (n,)."""
         share = ((np.arange(PLACES) + 0.5) / PLACES)[:, None]
         places = (sides[:, :1] + share * (sides[:, 1:] - sides[:, :1])).reshape(-1, 3)

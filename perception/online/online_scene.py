@@ -14,21 +14,21 @@ from scipy.special import chdtri
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import (
     Pictures,
-    prepared_pictures,
+    prepare_pictures,
     tracked_faces,
 )
-from facetlog.perception.detection.picture_faults import nothing_shown
-from facetlog.perception.detection.view_graph import view_motion
+from facetlog.perception.detection.picture_faults import find_picture_fault
+from facetlog.perception.detection.view_graph import measure_view_motion
 from facetlog.perception.estimation.plane_filter import fit_plane
-from facetlog.perception.estimation.point_recursion import updated_by_view
-from facetlog.perception.estimation.pose_noise import pixel_covs
-from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+from facetlog.perception.estimation.point_recursion import update_by_view
+from facetlog.perception.estimation.pose_noise import compute_pixel_covs
+from facetlog.perception.estimation.pose_refinement.refine_poses import correct_poses
 from facetlog.perception.online.one_view import CornerReadings, OneView
-from facetlog.perception.reading.read_views import ViewSet, stated_errors
+from facetlog.perception.reading.read_views import ViewSet, collect_stated_errors
 from facetlog.perception.scene import Face, Scene
 from facetlog.perception.stable_order import largest
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.reconstruct import SceneOfFaces, reconstruct, scene_of_faces
+from facetlog.perception.surfaces.reconstruct import SceneOfFaces, make_scene_of_faces, reconstruct
 from facetlog.perception.surfaces.scene_from_tracks import Stated
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
@@ -80,11 +80,11 @@ class KeyViews:
     def add(self, view: View, looked: Pictures) -> None:
         """Take a view; beyond KEY_VIEWS the one goes that is most like another."""
         self.views = (*self.views, view)
-        self.looked = looked if self.looked is None else self.looked.extended_by(looked)
+        self.looked = looked if self.looked is None else self.looked.extend_by(looked)
         self.changes += 1
         if len(self.views) <= KEY_VIEWS:
             return
-        motion = view_motion(self.views)
+        motion = measure_view_motion(self.views)
         np.fill_diagonal(motion, np.inf)
         # Of the two most alike the one goes whose next neighbour is nearer.
         nearest = np.sort(motion, axis=1)
@@ -127,24 +127,24 @@ class OnlineScene:
         """Update the scene by one more view; a view that shows nothing or contradicts is
         named.
         """
-        if (fault := nothing_shown(view.image)) is not None:
-            return self._refused(f"{view.name}: {fault}")
-        looked = prepared_pictures([view], self.clock)
+        if (fault := find_picture_fault(view.image)) is not None:
+            return self._refuse_view(f"{view.name}: {fault}")
+        looked = prepare_pictures([view], self.clock)
         with self.clock.step("update"):
             corners = lines = 0
             if self.scene is not None and self.scene.faces:
                 one = OneView.of(self.scene, view, looked)
-                corners, problem = self._filter(view, one.corner_readings())
+                corners, problem = self._filter(view, one.read_corners())
                 if problem:
-                    return self._refused(problem)
-                self.scene, lines = one.with_loose_lines(self.scene, self._extra_px, self._factor)
+                    return self._refuse_view(problem)
+                self.scene, lines = one.update_loose_lines(self.scene, self._extra_px, self._factor)
             self._key.add(view, looked)
             self._taken += 1
         searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= self._due()
         problem = self._search() if searched else ""
         return Update(True, problem, searched, corners, lines)
 
-    def _refused(self, problem: str) -> Update:
+    def _refuse_view(self, problem: str) -> Update:
         self._refusals.append(problem)
         return Update(False, problem)
 
@@ -185,7 +185,7 @@ class OnlineScene:
 
     def _polish(self) -> str:
         with self.clock.step("poses"):
-            kept = self._corrected()
+            kept = self._refine_key_views()
         try:
             scene = reconstruct(
                 kept.views,
@@ -200,17 +200,17 @@ class OnlineScene:
             return str(exc)
         before = self._before()
         # Of views that were let go the recursion alone knows.
-        if before is None or _says_more(scene, before):
-            self.scene, self._touched = _carried_over(before, scene)
+        if before is None or _is_better_scene(scene, before):
+            self.scene, self._touched = _keep_surer_corners(before, scene)
             self._found = None
         return "; ".join(kept.problems)
 
-    def _corrected(self) -> ViewSet:
+    def _refine_key_views(self) -> ViewSet:
         """Return the kept views, their poses corrected where they were counted up."""
         views = self._key.views
-        errors = stated_errors(views, self._error_kind)
+        errors = collect_stated_errors(views, self._error_kind)
         kept = ViewSet(self._name, views, metric=self._metric, pose_errors=errors)
-        return kept if errors is None else with_refined_poses(kept)
+        return kept if errors is None else correct_poses(kept)
 
     def _before(self) -> Scene | None:
         """Return the scene so far, where the recursion knows what the kept views do not show."""
@@ -223,9 +223,9 @@ class OnlineScene:
         if scene is None or not len(rows):
             return 0, ""
         noise = self._factor * (readings.cov[rows] + self._extra_px**2 * np.eye(2))
-        noise += pixel_covs(view, scene.points[rows])
+        noise += compute_pixel_covs(view, scene.points[rows])
         covs = np.array([v.cov for v in scene.vertices])
-        points, after, good = updated_by_view(
+        points, after, good = update_by_view(
             view.projection, scene.points[rows], covs[rows], readings.uv[rows], noise
         )
         if len(rows) >= LEAST_READ and 2 * good.sum() < len(rows):
@@ -251,13 +251,13 @@ class OnlineScene:
             return str(exc)
         finally:
             self._searched, key.changes = len(key.views), 0
-        errors = stated_errors(key.views, self._error_kind)
+        errors = collect_stated_errors(key.views, self._error_kind)
         stated = Stated(self._name, self._up, self._metric, errors=errors)
-        found = scene_of_faces(tracked, key.views, stated, clock)
+        found = make_scene_of_faces(tracked, key.views, stated, clock)
         self._found, made = found, found.assembled
         self._extra_px, self._factor = made.extra_px, made.factor
-        self._in_vain = self._in_vain + 1 if _same_faces(self.scene, made.scene) else 0
-        scene, self._touched = _carried_over(self._before(), made.scene)
+        self._in_vain = self._in_vain + 1 if _have_same_faces(self.scene, made.scene) else 0
+        scene, self._touched = _keep_surer_corners(self._before(), made.scene)
         # Without the space that the views saw, what is behind a face would count as full.
         self.scene = found.seen(scene, clock)
         self._contradicting = len(key.views) - len(found.used)
@@ -266,7 +266,7 @@ class OnlineScene:
         return "; ".join(new)
 
 
-def _says_more(scene: Scene, than: Scene) -> bool:
+def _is_better_scene(scene: Scene, than: Scene) -> bool:
     if len(scene.faces) != len(than.faces):
         return len(scene.faces) > len(than.faces)
     spreads = [
@@ -276,7 +276,7 @@ def _says_more(scene: Scene, than: Scene) -> bool:
     return bool(spreads[0] <= spreads[1])
 
 
-def _same_corners(old: Scene | None, new: Scene) -> dict[int, int]:
+def _match_corners(old: Scene | None, new: Scene) -> dict[int, int]:
     """Return vertices of the new scene and those of the old one that they may be, each at most
     once.
     """
@@ -294,22 +294,22 @@ def _same_corners(old: Scene | None, new: Scene) -> dict[int, int]:
     }
 
 
-def _same_faces(old: Scene | None, new: Scene) -> bool:
+def _have_same_faces(old: Scene | None, new: Scene) -> bool:
     """Return whether the faces of the new scene are those of the old one, corner by corner."""
     if old is None or len(old.faces) != len(new.faces):
         return False
-    same = _same_corners(old, new)
+    same = _match_corners(old, new)
     known = {frozenset(face.outline) for face in old.faces}
     return all(frozenset(map(same.get, face.outline)) in known for face in new.faces)
 
 
-def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
+def _keep_surer_corners(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
     """Return the new scene with the corners of the old one where they are the same and surer."""
     touched = np.zeros(len(new.vertices), np.bool_)
     if old is None:
         return new, touched
     vertices = list(new.vertices)
-    for k, same in _same_corners(old, new).items():
+    for k, same in _match_corners(old, new).items():
         kept = old.vertices[same]
         if np.trace(kept.cov) < np.trace(vertices[k].cov):
             vertices[k] = replace(vertices[k], point=kept.point, cov=kept.cov)

@@ -8,7 +8,7 @@ from facetlog.perception.pieces.shown_pieces import (
     SIDES,
     ShownPiece,
     ShownPieces,
-    box_corners,
+    compute_box_corners,
 )
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.drawing.frustum import Frustum
@@ -16,7 +16,7 @@ from facetlog.perception.surfaces.drawing.lettering import (
     Colour,
     ColourImage,
     Lettering,
-    with_legend,
+    add_legend,
 )
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.perception.types import FloatArray, View
@@ -54,7 +54,7 @@ def draw_pieces(
     for nth in np.argsort(depths).tolist():
         _name(lettering, frustum, shown.pieces[nth], scale)
     key = "orange: board, blue: bar, green: block; striped: implied; haze: unseen"
-    return with_legend(image, (title, key), scale)
+    return add_legend(image, (title, key), scale)
 
 
 def _colour(shown: ShownPiece) -> Colour:
@@ -63,7 +63,7 @@ def _colour(shown: ShownPiece) -> Colour:
 
 
 def _draw_box(image: ColourImage, frustum: Frustum, shown: ShownPiece, scale: float) -> None:
-    corners = box_corners(shown.piece)
+    corners = compute_box_corners(shown.piece)
     sides = [corners[list(side)] for side in SIDES]
     shown_sides = (_pixels(frustum, side) for side in sides if _faces(frustum, side))
     outlines = [outline for outline in shown_sides if len(outline)]  # others are out of view

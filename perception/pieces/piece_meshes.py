@@ -13,11 +13,11 @@ from facetlog.perception.pieces.shown_pieces import (
     SIDES,
     ShownPiece,
     ShownPieces,
-    box_corners,
+    compute_box_corners,
 )
 from facetlog.perception.scene import Scene
 from facetlog.perception.space.space import Space, State
-from facetlog.perception.surfaces.mesh_export import graph_bytes
+from facetlog.perception.surfaces.mesh_export import encode_glb
 from facetlog.perception.types import FloatArray
 
 OPAQUE, FAINT, HAZE = 235, 70, 28
@@ -26,7 +26,7 @@ GREY = (150, 150, 160)
 STRIPES = 12  # along an implied piece, every other one faint
 
 
-def pieces_bytes(scene: Scene, shown: ShownPieces) -> bytes:
+def export_pieces(scene: Scene, shown: ShownPieces) -> bytes:
     """Return the pieces of a scene as `.glb`: a node p1, p2, … each, coloured by kind.
 
     Those of which all faces are implied are striped. Nodes unseen1, … are what is unseen of the
@@ -36,7 +36,7 @@ def pieces_bytes(scene: Scene, shown: ShownPieces) -> bytes:
         raise InputError(f"{scene.name}: has no pieces, there is no mesh to write")
     graph = trimesh.Scene()
     add_pieces(graph, shown)
-    return graph_bytes(graph, scene.up)
+    return encode_glb(graph, scene.up)
 
 
 def add_pieces(graph: trimesh.Scene, shown: ShownPieces) -> None:
@@ -45,29 +45,29 @@ def add_pieces(graph: trimesh.Scene, shown: ShownPieces) -> None:
         graph.add_geometry(_box(each), node_name=each.name, geom_name=each.label)
     for number, space in enumerate(shown.spaces, start=1):
         if (space.cells == State.UNSEEN).any():
-            graph.add_geometry(_haze(space), node_name=f"unseen{number}")
+            graph.add_geometry(_make_haze(space), node_name=f"unseen{number}")
 
 
 def _box(shown: ShownPiece) -> trimesh.Trimesh:
     count = STRIPES if shown.implied else 1
     colour = COLOURS[shown.piece.kind]
     densities = [OPAQUE if stripe % 2 == 0 else FAINT for stripe in range(count)]
-    corners = np.concatenate(list(_stripes(shown.piece, count)))
+    corners = np.concatenate(list(_split_into_stripes(shown.piece, count)))
     return _mesh(
         corners.reshape(-1, 4, 3), np.repeat([(*colour, density) for density in densities], 6, 0)
     )
 
 
-def _stripes(piece: Piece, count: int) -> list[FloatArray]:
+def _split_into_stripes(piece: Piece, count: int) -> list[FloatArray]:
     """Return the sides (6, 4, 3) of equal parts of a piece's box, one after the other along it."""
-    corners = box_corners(piece)
+    corners = compute_box_corners(piece)
     # the first four corners are at one end of its length, the others at the other
     near, far = corners[:4], corners[4:]
     ends = [near + share * (far - near) for share in np.linspace(0.0, 1.0, count + 1)]
     return [np.concatenate([one, other])[np.array(SIDES)] for one, other in pairwise(ends)]
 
 
-def _haze(space: Space) -> trimesh.Trimesh:
+def _make_haze(space: Space) -> trimesh.Trimesh:
     """Return the rim of what is unseen, cell by cell."""
     unseen = np.pad(space.cells == State.UNSEEN, 1)
     quads = []

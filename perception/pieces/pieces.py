@@ -12,12 +12,12 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes
+from facetlog.perception.flat_faces import Estimate, FlatFace, make_plane_axes
 from facetlog.perception.pieces.solid_parts import solid_parts
 from facetlog.perception.ragged import Indices
 from facetlog.perception.space.grid import ROUNDING, Grid, Lattice
-from facetlog.perception.space.surface_points import inner_points, line_points
-from facetlog.perception.surfaces.convex_hulls import least_rectangles
+from facetlog.perception.space.surface_points import inner_points, sample_lines
+from facetlog.perception.surfaces.convex_hulls import find_least_rectangles
 from facetlog.perception.types import FloatArray
 
 # A board is no thicker than this share of its width, a bar no wider than this share of its length.
@@ -137,7 +137,7 @@ class _Surface:
     ) -> "_Surface":
         flat, face = inner_points(faces, SPACING * lattice.cell)
         normals = np.array([face.normal for face in faces]).reshape(-1, 3)
-        edges = line_points(lines, SPACING * lattice.cell)
+        edges = sample_lines(lines, SPACING * lattice.cell)
         others = np.repeat([CURVED, EDGE], [len(curved), len(edges)])
         return cls(np.concatenate([flat, curved, edges]), np.concatenate([face, others]), normals)
 
@@ -210,7 +210,7 @@ def _piece(grid: Grid, surface: _Surface, own: NDArray[np.bool_], faces: Sequenc
     heights = points @ grid.lattice.axes[2]
     directions = list(_directions(grid, surface, points, faces))
     at_least = grid.cell if surface.of_edges(own) else 0.0
-    extents, axes, middle = _least_box(points, directions, at_least)
+    extents, axes, middle = _find_least_box(points, directions, at_least)
     sd = ROUNDING * grid.cell
     length, width, thickness = (Estimate(float(extent), sd) for extent in extents)
     return Piece(
@@ -236,7 +236,7 @@ def _directions(
         yield np.linalg.eigh(np.cov(points.T))[1][:, 0]
 
 
-def _least_box(
+def _find_least_box(
     points: FloatArray, directions: Sequence[FloatArray], at_least: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return extents (3,), longest first, directions (3, 3) and middle of the least box round
@@ -244,9 +244,9 @@ def _least_box(
     """
     points = _outermost(points)
     normals = np.array(directions)
-    plans = plane_axes(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+    plans = make_plane_axes(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     flat = np.swapaxes(plans @ points.T, 1, 2)
-    along, _, _ = least_rectangles(flat, np.ones(flat.shape[:2], dtype=np.bool_))
+    along, _, _ = find_least_rectangles(flat, np.ones(flat.shape[:2], dtype=np.bool_))
     first = (along[:, None] @ plans)[:, 0]
     frames = np.stack([first, np.cross(normals, first), normals], axis=1)
     extent = np.maximum(np.ptp(frames @ points.T, axis=2), at_least)

@@ -45,10 +45,10 @@ class ShownPieces:
 # Corners of a box by the sides along each axis, and its six sides, counter-clockwise from outside.
 _CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-"""The sides of a box as indices of its corners, as `box_corners` gives them."""
+"""The sides of a box as indices of its corners, as `compute_box_corners` gives them."""
 
 
-def box_corners(piece: Piece) -> FloatArray:
+def compute_box_corners(piece: Piece) -> FloatArray:
     """Return the corners (8, 3) of a piece's box, in the scene's frame."""
     sizes = np.array([piece.length.value, piece.width.value, piece.thickness.value])
     corners: FloatArray = piece.middle + (_CORNERS * sizes) @ piece.axes

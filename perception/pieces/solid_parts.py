@@ -30,15 +30,15 @@ _CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1)
 
 def is_convex(cells: NDArray[np.bool_]) -> bool:
     """Return whether cells (nx, ny, nz), some at least, are nearly their own convex hull."""
-    volume, _ = _hull(_outer_corners(np.argwhere(cells)))
+    volume, _ = _hull(_find_outer_corners(np.argwhere(cells)))
     return int(cells.sum()) >= CONVEX * volume
 
 
-def convex_cut(cells: _Cells) -> list[_Cells]:
+def cut_to_convex(cells: _Cells) -> list[_Cells]:
     """Return cells (nx, ny, nz), some at least, cut square to the grid as long as that makes them
     more convex: a seat off the back that is as thick as it, a step off the next.
     """
-    volume, _ = _hull(_outer_corners(np.argwhere(cells)))
+    volume, _ = _hull(_find_outer_corners(np.argwhere(cells)))
     if cells.sum() >= CONVEX * volume:
         return [cells]
     best, filled = None, float(cells.sum()) / volume + GAIN
@@ -46,14 +46,14 @@ def convex_cut(cells: _Cells) -> list[_Cells]:
     for axis in (2, 1, 0):
         areas = np.moveaxis(cells, axis, 0).sum(axis=(1, 2))
         for last in np.argsort(-np.abs(np.diff(areas)), kind="stable")[:CUTS]:
-            sides = _halves(cells, axis, int(last) + 1)
-            hulls = sum(_hull(_outer_corners(np.argwhere(side)))[0] for side in sides)
+            sides = _split_cells(cells, axis, int(last) + 1)
+            hulls = sum(_hull(_find_outer_corners(np.argwhere(side)))[0] for side in sides)
             if len(sides) > 1 and cells.sum() / hulls > filled:
                 best, filled = sides, float(cells.sum()) / hulls
-    return [cells] if best is None else [part for side in best for part in convex_cut(side)]
+    return [cells] if best is None else [part for side in best for part in cut_to_convex(side)]
 
 
-def _halves(cells: _Cells, axis: int, place: int) -> list[_Cells]:
+def _split_cells(cells: _Cells, axis: int, place: int) -> list[_Cells]:
     """Return the connected parts of cells before a place along an axis, and of cells from it on."""
     from scipy import ndimage
 
@@ -67,7 +67,7 @@ def _halves(cells: _Cells, axis: int, place: int) -> list[_Cells]:
     return found
 
 
-def convex_joined(parts: Indices) -> Indices:
+def join_convex_parts(parts: Indices) -> Indices:
     """Return the parts (nx, ny, nz) with those that are nearly convex together under one number.
 
     The two that together fill their hull the most are joined first.
@@ -75,7 +75,7 @@ def convex_joined(parts: Indices) -> Indices:
     found = parts.copy()
     count = int(parts.max())
     sizes = np.bincount(parts.ravel(), minlength=count + 1).tolist()
-    hulls = {i: _hull(_outer_corners(np.argwhere(parts == i)))[1] for i in range(1, count + 1)}
+    hulls = {i: _hull(_find_outer_corners(np.argwhere(parts == i)))[1] for i in range(1, count + 1)}
     fills: dict[tuple[int, int], float] = {}
 
     def together(one: int, other: int) -> float:
@@ -112,7 +112,7 @@ def _touching(parts: Indices) -> set[tuple[int, int]]:
     return found
 
 
-def _outer_corners(cells: Indices) -> FloatArray:
+def _find_outer_corners(cells: Indices) -> FloatArray:
     """Return corners (k, 3) of cells (n, 3) in their order, all of their convex hull among them."""
     # Between the lowest and the highest of a column nothing is a corner.
     ends = np.any(cells[1:, :2] != cells[:-1, :2], axis=1)
@@ -148,7 +148,7 @@ def solid_parts(solid: _Cells) -> Indices:
     left = solid.copy()
     parts = np.zeros(solid.shape, dtype=np.intp)
     count = 0
-    for cores in _probed(left, longest):
+    for cores in _iter_probed(left, longest):
         # Where two cross the larger goes through.
         for core in sorted(cores, key=lambda cells: -int(cells.sum())):
             own = core & left
@@ -157,16 +157,16 @@ def solid_parts(solid: _Cells) -> Indices:
                 parts[own] = count
                 left &= ~own
     parts = _in_order(parts)
-    parts = _in_order(_without_crumbs(parts, max(1, round(CRUMB * longest))))
-    return _in_order(convex_joined(parts))
+    parts = _in_order(_merge_crumbs(parts, max(1, round(CRUMB * longest))))
+    return _in_order(join_convex_parts(parts))
 
 
-def _probed(left: _Cells, longest: int) -> Iterator[list[_Cells]]:
+def _iter_probed(left: _Cells, longest: int) -> Iterator[list[_Cells]]:
     """Yield the parts that each sort of probe finds in the cells left by then; at last the rest."""
     lengths = [max(3, round(share * longest)) for share in PROBES]
     for long in lengths:
         blocks = _connected(_opened(left, (long, long, long)))
-        yield [part for block in blocks for part in convex_cut(block)]
+        yield [part for block in blocks for part in cut_to_convex(block)]
         squares = [[1 if axis == flat else long for axis in range(3)] for flat in range(3)]
         yield [part for probe in squares for part in _connected(_opened(left, probe))]
     for long in lengths:
@@ -188,13 +188,13 @@ def _opened(cells: _Cells, probe: Sequence[int]) -> _Cells:
         return np.zeros_like(cells)
     starts = cells
     for axis, length in enumerate(probe):
-        starts = _all_of(starts, axis, length)
+        starts = _find_full_stretches(starts, axis, length)
     for axis, length in enumerate(probe):
-        starts = _any_of(starts, axis, length)
+        starts = _mark_stretches(starts, axis, length)
     return starts
 
 
-def _in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
+def _count_in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
     """Return how many of so many cells from each on along the axis are there: shorter by length -
     1.
     """
@@ -204,19 +204,19 @@ def _in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
     return found
 
 
-def _all_of(cells: _Cells, axis: int, length: int) -> _Cells:
+def _find_full_stretches(cells: _Cells, axis: int, length: int) -> _Cells:
     """Return where so many cells from here on along the axis are all there."""
-    return np.asarray(_in_stretches(cells, axis, length) == length)
+    return np.asarray(_count_in_stretches(cells, axis, length) == length)
 
 
-def _any_of(starts: _Cells, axis: int, length: int) -> _Cells:
+def _mark_stretches(starts: _Cells, axis: int, length: int) -> _Cells:
     """Return the cells of stretches of this length along the axis that begin here."""
     margin = [(length - 1) * int(i == axis) for i in range(3)]
     padded = np.pad(starts, [(each, each) for each in margin])
-    return np.asarray(_in_stretches(padded, axis, length) > 0)
+    return np.asarray(_count_in_stretches(padded, axis, length) > 0)
 
 
-def _without_crumbs(parts: Indices, near: int) -> Indices:
+def _merge_crumbs(parts: Indices, near: int) -> Indices:
     """Return the parts with all that lies wholly within `near` cells of a larger one as
     part of it.
     """

@@ -21,10 +21,10 @@ __all__ = [
     "ColmapCamera",
     "ColmapPicture",
     "Numbers",
-    "colmap_cameras",
-    "colmap_models",
-    "colmap_pictures",
-    "text_lines",
+    "find_colmap_models",
+    "iter_text_lines",
+    "read_colmap_cameras",
+    "read_colmap_images",
 ]
 
 # Where COLMAP and the programs round it put a model, or several in numbered folders, below the
@@ -68,7 +68,7 @@ class ColmapPicture:
     where: str
 
 
-def colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
+def find_colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
     """Return the files of a name, as "images", of the models in or below a folder, the largest
     first.
 
@@ -77,21 +77,23 @@ def colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
     """
     for place in PLACES:
         parent = folder / place
-        if (only := _file_of(parent, name, *beside)) is not None:
+        if (only := _find_model_file(parent, name, *beside)) is not None:
             return (only,)
         inside = (
             parent.iterdir() if parent.is_dir() and os.access(parent, os.R_OK | os.X_OK) else ()
         )
         numbered = [path for path in inside if path.name.isdecimal() and path.is_dir()]
         in_order = sorted(numbered, key=lambda path: int(path.name))
-        files = [_file_of(path, name, *beside) for path in in_order]
+        files = [_find_model_file(path, name, *beside) for path in in_order]
         if models := [path for path in files if path is not None]:
             # The pictures of a single model need not be counted.
-            return tuple(sorted(models, key=_picture_count, reverse=True) if models[1:] else models)
+            return tuple(
+                sorted(models, key=_count_model_images, reverse=True) if models[1:] else models
+            )
     return ()
 
 
-def _file_of(model: Path, *names: str) -> Path | None:
+def _find_model_file(model: Path, *names: str) -> Path | None:
     """Return the first of a model's files of these names, if all are there."""
     for suffix in SUFFIXES:
         paths = [model / f"{name}{suffix}" for name in names]
@@ -100,14 +102,14 @@ def _file_of(model: Path, *names: str) -> Path | None:
     return None
 
 
-def _picture_count(path: Path) -> int:
+def _count_model_images(path: Path) -> int:
     """Return how many pictures the model of this file has; 0 where that cannot be read."""
     images = path.with_name(f"images{path.suffix}")
     try:
         if images.suffix == ".bin":
             with open_regular(images) as file:
                 return int.from_bytes(file.read(COUNT_BYTES), "little")
-        return len(colmap_pictures(images))
+        return len(read_colmap_images(images))
     except (InputError, OSError):  # who reads it says what is wrong
         return 0
 
@@ -147,7 +149,7 @@ class Numbers:
         return text
 
 
-def text_lines(path: Path) -> Iterator[tuple[str, str]]:
+def iter_text_lines(path: Path) -> Iterator[tuple[str, str]]:
     """Place and text of the lines that are no comments; empty ones count, as in images.txt."""
     with open_regular(path, MOST_SHAPE_BYTES) as file:
         for number, line in enumerate(file, start=1):
@@ -155,24 +157,24 @@ def text_lines(path: Path) -> Iterator[tuple[str, str]]:
                 yield f"{path}:{number}", line.decode("utf-8", "surrogateescape").strip()
 
 
-def colmap_cameras(path: Path) -> dict[int, ColmapCamera]:
+def read_colmap_cameras(path: Path) -> dict[int, ColmapCamera]:
     """Return the cameras in a cameras.txt or cameras.bin, by number.
 
     InputError, with the place, for what is no such file; OSError where it cannot be read.
     """
-    read = _cameras_of_text if path.suffix == ".txt" else _cameras_of_bytes
+    read = _parse_text_cameras if path.suffix == ".txt" else _parse_binary_cameras
     return {camera.number: camera for camera in read(path)}
 
 
-def colmap_pictures(path: Path) -> tuple[ColmapPicture, ...]:
+def read_colmap_images(path: Path) -> tuple[ColmapPicture, ...]:
     """Return the pictures in an images.txt or images.bin, in the file's order; errors as of
     cameras.
     """
-    return tuple((_pictures_of_text if path.suffix == ".txt" else _pictures_of_bytes)(path))
+    return tuple((_parse_text_images if path.suffix == ".txt" else _parse_binary_images)(path))
 
 
-def _cameras_of_text(path: Path) -> Iterator[ColmapCamera]:
-    for where, line in text_lines(path):
+def _parse_text_cameras(path: Path) -> Iterator[ColmapCamera]:
+    for where, line in iter_text_lines(path):
         if not (words := line.split()):
             continue
         try:
@@ -180,7 +182,7 @@ def _cameras_of_text(path: Path) -> Iterator[ColmapCamera]:
             parameters = tuple(float(word) for word in words[4:])
         except (ValueError, IndexError) as exc:
             raise InputError(
-                _not_of_form(where, "CAMERA_ID MODEL WIDTH HEIGHT PARAMS…", line)
+                _describe_bad_line(where, "CAMERA_ID MODEL WIDTH HEIGHT PARAMS…", line)
             ) from exc
         names = PARAMETERS.get(words[1])
         if not parameters or (names is not None and len(names) != len(parameters)):
@@ -189,7 +191,7 @@ def _cameras_of_text(path: Path) -> Iterator[ColmapCamera]:
         yield ColmapCamera(number, words[1], width, height, parameters, where)
 
 
-def _cameras_of_bytes(path: Path) -> Iterator[ColmapCamera]:
+def _parse_binary_cameras(path: Path) -> Iterator[ColmapCamera]:
     data = Numbers(read_regular(path, MOST_SHAPE_BYTES))
     try:
         for _ in range(data.count(LEAST_CAMERA_BYTES)):
@@ -207,12 +209,12 @@ def _cameras_of_bytes(path: Path) -> Iterator[ColmapCamera]:
         raise InputError(f"{path}: {EXPORT}") from exc
 
 
-def _not_of_form(where: str, form: str, line: str) -> str:
+def _describe_bad_line(where: str, form: str, line: str) -> str:
     return f"{where}: {line!r:.60} is not {form}: correct it there, or export the model again"
 
 
-def _pictures_of_text(path: Path) -> Iterator[ColmapPicture]:
-    lines = text_lines(path)
+def _parse_text_images(path: Path) -> Iterator[ColmapPicture]:
+    lines = iter_text_lines(path)
     for where, line in lines:
         if not line:
             continue
@@ -222,7 +224,7 @@ def _pictures_of_text(path: Path) -> Iterator[ColmapPicture]:
             pose = tuple(float(word) for word in words[1:8])
         except (ValueError, IndexError) as exc:
             form = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
-            raise InputError(_not_of_form(where, form, line)) from exc
+            raise InputError(_describe_bad_line(where, form, line)) from exc
         _, features = next(lines, ("", ""))  # the second line of each picture; it may be empty
         if len(features.split()) % 3:
             raise InputError(
@@ -231,7 +233,7 @@ def _pictures_of_text(path: Path) -> Iterator[ColmapPicture]:
         yield ColmapPicture(number, name, camera, pose[:4], pose[4:], where)
 
 
-def _pictures_of_bytes(path: Path) -> Iterator[ColmapPicture]:
+def _parse_binary_images(path: Path) -> Iterator[ColmapPicture]:
     data = Numbers(read_regular(path, MOST_SHAPE_BYTES))
     try:
         for _ in range(data.count(LEAST_PICTURE_BYTES)):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import ExifTags, Image, UnidentifiedImageError
 
-__all__ = ["USUAL_FOCAL", "TakenWith", "quarter_turns", "taken_with"]
+__all__ = ["USUAL_FOCAL", "TakenWith", "read_quarter_turns", "taken_with"]
 
 SMALL_FILM_MM = float(np.hypot(36.0, 24.0))
 """The diagonal to which focal lengths "in 35 mm film" refer."""
@@ -29,11 +29,11 @@ class TakenWith:
     focal_mm: float | None = None
     film_mm: float | None = None
 
-    def focal_px(self, width: int, height: int) -> float | None:
+    def compute_focal_px(self, width: int, height: int) -> float | None:
         """Return the focal length in pixels of a picture of this size, to some percent; None if
         unknown.
 
-        >>> round(TakenWith(film_mm=26.0).focal_px(4000, 3000))
+        >>> round(TakenWith(film_mm=26.0).compute_focal_px(4000, 3000))
         3005
         """
         if self.film_mm is None:
@@ -43,7 +43,7 @@ class TakenWith:
 
 def taken_with(path: Path) -> TakenWith:
     """Return camera and zoom by the EXIF of a picture; empty where it has none that can be read."""
-    exif = _exif(path)
+    exif = _read_exif(path)
     more = exif.get_ifd(ExifTags.IFD.Exif)
     names = (exif.get(tag) for tag in (ExifTags.Base.Make, ExifTags.Base.Model))
     return TakenWith(
@@ -53,12 +53,12 @@ def taken_with(path: Path) -> TakenWith:
     )
 
 
-def quarter_turns(path: Path) -> int:
+def read_quarter_turns(path: Path) -> int:
     """Return by how many quarter turns to the right a picture is shown, by its EXIF."""
-    return TURNS.get(_exif(path).get(ExifTags.Base.Orientation, 1), 0)
+    return TURNS.get(_read_exif(path).get(ExifTags.Base.Orientation, 1), 0)
 
 
-def _exif(path: Path) -> Image.Exif:
+def _read_exif(path: Path) -> Image.Exif:
     with suppress(ImportError):  # then EXIF of HEIC is not read, and neither is the picture
         from pillow_heif import register_heif_opener
 

@@ -14,7 +14,7 @@ from facetlog.perception.reading.own_folder import check_own_folder
 from facetlog.perception.reading.picture_of_view import ViewLoader
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
-from facetlog.perception.reading.pose_files.register import poses_path, read_poses
+from facetlog.perception.reading.pose_files.register import find_poses_path, read_poses
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
@@ -101,7 +101,7 @@ class FollowedViews:
     def _read_poses(self) -> None:
         # Keeps the previous contents while the file is being rewritten.
         try:
-            source = self._source = poses_path(self.path)
+            source = self._source = find_poses_path(self.path)
             if source.is_dir():
                 raise InputError(
                     f"{self.path} has no file of poses yet; of pictures alone all are needed at "

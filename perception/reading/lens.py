@@ -138,14 +138,14 @@ class Lens:
         for top in range(0, camera.height, BLOCK_ROWS):
             rows = np.arange(top, min(top + BLOCK_ROWS, camera.height), dtype=np.float64)
             grid = np.stack(np.meshgrid(columns, rows), axis=-1)
-            source = lens._distorted(grid, camera).astype(np.float32)
+            source = lens._distort_pixels(grid, camera).astype(np.float32)
             map_u, map_v = (np.ascontiguousarray(source[..., k]) for k in (0, 1))
             result[top : top + BLOCK_ROWS] = cv2.remap(
                 image, map_u, map_v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
             )
         return result
 
-    def _distorted(self, pixels: FloatArray, pinhole: Camera) -> FloatArray:
+    def _distort_pixels(self, pixels: FloatArray, pinhole: Camera) -> FloatArray:
         """Return where the lens puts what a pinhole sees at pixels (..., 2): pixels (..., 2)."""
         c = self.camera
         x = (pixels[..., 0] - pinhole.cx) / pinhole.fx
@@ -153,7 +153,7 @@ class Lens:
         scale = self._projected(np.hypot(x, y))
         x, y = x * scale, y * scale
         s = x * x + y * y
-        gain = self.radial_gain(s)
+        gain = self.compute_radial_gain(s)
         xr, yr = x * gain, y * gain
         if self.distortion is Distortion.FISHEYE_RADIAL_FIRST:
             x, y = xr, yr
@@ -187,14 +187,14 @@ class Lens:
             alpha, beta = self.projection
             return np.asarray(1 / (alpha * np.sqrt(beta * r * r + 1) + 1 - alpha))
         else:
-            radius, on_axis = _inverse(r, *self.projection), 1.0
+            radius, on_axis = _invert_cubic_distortion(r, *self.projection), 1.0
         return np.divide(radius, r, out=np.full_like(r, on_axis), where=r > 0)
 
-    def radial_gain(self, s: FloatArray) -> FloatArray:
+    def compute_radial_gain(self, s: FloatArray) -> FloatArray:
         """Return the distorted over the undistorted radius whose square is s: a ratio of
         polynomials.
         """
-        return _one_and(self.radial, s) / _one_and(self.rational, s)
+        return _evaluate_series(self.radial, s) / _evaluate_series(self.rational, s)
 
     def _covered(self, zoom: float) -> bool:
         """Return whether at this zoom all pixels come from within the picture, and from one place
@@ -207,17 +207,17 @@ class Lens:
         down = [np.column_stack([np.full_like(v, x), v]) for x in (0.0, right)]
         rim = np.concatenate([*across, *down])
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            source = self._distorted(rim, camera)
+            source = self._distort_pixels(rim, camera)
             offset = (rim - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
             radii = np.linspace(0, np.sqrt((offset**2).sum(axis=1).max()), RADIUS_SAMPLES)
             straight = radii * self._projected(radii)
-            growing = np.diff(straight * self.radial_gain(straight**2)) > 0
+            growing = np.diff(straight * self.compute_radial_gain(straight**2)) > 0
             # Half a pixel outside the rim's pixel centres is still on the rim's pixels.
             inside = (source >= -0.5) & (source <= [right + 0.5, bottom + 0.5])
         return bool(inside.all() and growing.all())
 
 
-def _one_and(coefficients: Sequence[float], s: FloatArray) -> FloatArray:
+def _evaluate_series(coefficients: Sequence[float], s: FloatArray) -> FloatArray:
     """Return 1 + c₁ s + c₂ s² + …"""
     total: FloatArray = np.zeros_like(s)
     for coefficient in reversed(coefficients):
@@ -225,7 +225,7 @@ def _one_and(coefficients: Sequence[float], s: FloatArray) -> FloatArray:
     return 1 + total
 
 
-def _inverse(r: FloatArray, k: float) -> FloatArray:
+def _invert_cubic_distortion(r: FloatArray, k: float) -> FloatArray:
     """Return the d of r = d (1 + k d²), of three the one next to r (Viète); nan where there is
     none.
     """

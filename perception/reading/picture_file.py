@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 import PIL.Image
 
-from facetlog.errors import InputError, missing_extra
+from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.types import Image
 from facetlog.regular_file import open_regular, read_regular
 
@@ -57,7 +57,7 @@ def read_picture(path: Path) -> Image:
     check = _check_of(data)
     if check is None:
         raise InputError(f"{path} is not a picture: give one as {KINDS}")
-    _check_pixels(_size_in_header(io.BytesIO(data)), path)
+    _check_pixels(_read_header_size(io.BytesIO(data)), path)
     if not check(data):
         raise InputError(f"picture {path} is cut off or damaged: copy it again from its source")
     decoded, chatter = (_decode_heic(data, path), b"") if _is_heic(data) else _decode(data)
@@ -69,7 +69,7 @@ def read_picture(path: Path) -> Image:
             f"picture {path} is {width} x {height} px, too small to show anything: "
             "copy it again from its source"
         )
-    image = _eight_bits(decoded, path)
+    image = _reduce_to_eight_bits(decoded, path)
     image.setflags(write=False)
     return image
 
@@ -91,7 +91,7 @@ def stored_size(path: Path) -> tuple[int, int] | None:
     """
     try:
         with open_regular(path, MOST_BYTES) as file:
-            size = _size_in_header(file)
+            size = _read_header_size(file)
     except OSError:  # reported when it is read
         return None
     _check_pixels(size, path)
@@ -111,7 +111,7 @@ def _opened(file: BinaryIO) -> Iterator[PIL.Image.Image]:
             PIL.Image.MAX_IMAGE_PIXELS = limit
 
 
-def _size_in_header(file: BinaryIO) -> tuple[int, int] | None:
+def _read_header_size(file: BinaryIO) -> tuple[int, int] | None:
     try:
         with _opened(file) as picture:
             return picture.size
@@ -127,7 +127,7 @@ def _check_pixels(size: tuple[int, int] | None, path: Path) -> None:
         )
 
 
-def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
+def _reduce_to_eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
     """Return grey levels of 8 bits; InputError where 16 bits are hardly used, or levels are no
     integers.
 
@@ -151,24 +151,24 @@ def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
 def _check_of(data: bytes) -> Callable[[bytes], bool] | None:
     """Return the completeness check for the kind of file, None for an unknown kind."""
     for signature, check in (
-        (b"\xff\xd8\xff", _jpeg_is_whole),
-        (b"\x89PNG\r\n\x1a\n", _png_is_whole),
-        (b"BM", _bmp_is_whole),
-        (b"II*\0", _decoder_judges),
-        (b"MM\0*", _decoder_judges),
+        (b"\xff\xd8\xff", _is_whole_jpeg),
+        (b"\x89PNG\r\n\x1a\n", _is_whole_png),
+        (b"BM", _is_whole_bmp),
+        (b"II*\0", _is_checked_by_decoder),
+        (b"MM\0*", _is_checked_by_decoder),
     ):
         if data.startswith(signature):
             return check
     if _is_heic(data):
-        return _decoder_judges
+        return _is_checked_by_decoder
     if data[:4] == b"RIFF" and data[8:12] == b"WEBP":
-        return _riff_is_whole
+        return _is_whole_riff
     if data[:1] == b"P" and data[1:2] in tuple(b"%d" % i for i in range(1, 7)):
-        return _pnm_is_whole
+        return _is_whole_pnm
     return None
 
 
-def _jpeg_is_whole(data: bytes) -> bool:
+def _is_whole_jpeg(data: bytes) -> bool:
     """Return whether the chain of JPEG markers reads from SOI to EOI (ITU-T T.81, annex B)."""
     at = 2
     while at + 1 < len(data):
@@ -187,11 +187,11 @@ def _jpeg_is_whole(data: bytes) -> bool:
             return False
         at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
         if marker == 0xDA:  # SOS: entropy-coded data up to the next marker that is not RSTn
-            at = _end_of_scan(data, at)
+            at = _find_scan_end(data, at)
     return False
 
 
-def _end_of_scan(data: bytes, at: int) -> int:
+def _find_scan_end(data: bytes, at: int) -> int:
     while (at := data.find(b"\xff", at)) >= 0:
         follower = data[at + 1 : at + 2]
         # FF00 is a stuffed data byte, FFD0..FFD7 are restarts inside the scan.
@@ -201,25 +201,25 @@ def _end_of_scan(data: bytes, at: int) -> int:
     return len(data)
 
 
-def _png_is_whole(data: bytes) -> bool:
+def _is_whole_png(data: bytes) -> bool:
     """Return whether all PNG chunks up to IEND are there and their checksums agree."""
-    return _passes(data, PIL.Image.Image.verify)
+    return _passes_point(data, PIL.Image.Image.verify)
 
 
-def _bmp_is_whole(data: bytes) -> bool:
+def _is_whole_bmp(data: bytes) -> bool:
     return len(data) >= max(int.from_bytes(data[2:6], "little"), 26)
 
 
-def _riff_is_whole(data: bytes) -> bool:
+def _is_whole_riff(data: bytes) -> bool:
     return len(data) >= int.from_bytes(data[4:8], "little") + 8
 
 
-def _pnm_is_whole(data: bytes) -> bool:
+def _is_whole_pnm(data: bytes) -> bool:
     """Return whether a PNM has as many samples as its header requires."""
-    return _passes(data, PIL.Image.Image.load)
+    return _passes_point(data, PIL.Image.Image.load)
 
 
-def _passes(data: bytes, check: Callable[[PIL.Image.Image], object]) -> bool:
+def _passes_point(data: bytes, check: Callable[[PIL.Image.Image], object]) -> bool:
     try:
         with _opened(io.BytesIO(data)) as picture:
             check(picture)
@@ -228,7 +228,7 @@ def _passes(data: bytes, check: Callable[[PIL.Image.Image], object]) -> bool:
     return True
 
 
-def _decoder_judges(data: bytes) -> bool:
+def _is_checked_by_decoder(data: bytes) -> bool:
     return bool(data)
 
 
@@ -245,7 +245,9 @@ def _decode_heic(data: bytes, path: Path) -> cv2.typing.MatLike | None:
     try:
         import pillow_heif
     except ImportError:
-        raise missing_extra(f"{path.name}: HEIC pictures", "pillow-heif", "heic") from None
+        raise make_missing_extra_error(
+            f"{path.name}: HEIC pictures", "pillow-heif", "heic"
+        ) from None
     try:
         found = np.asarray(pillow_heif.open_heif(data, convert_hdr_to_8bit=True))
     except (OSError, ValueError, RuntimeError, SyntaxError):
@@ -268,11 +270,11 @@ def _decode(data: bytes) -> tuple[cv2.typing.MatLike | None, bytes]:
     try:
         terminal = os.dup(2)
     except OSError:  # started without a stderr
-        return _decoded(buffer), b""
+        return _decode_image(buffer), b""
     with tempfile.TemporaryFile() as sink:
         os.dup2(sink.fileno(), 2)
         try:
-            image = _decoded(buffer)
+            image = _decode_image(buffer)
         finally:
             os.dup2(terminal, 2)
             os.close(terminal)
@@ -280,7 +282,7 @@ def _decode(data: bytes) -> tuple[cv2.typing.MatLike | None, bytes]:
         return image, sink.read()
 
 
-def _decoded(buffer: np.ndarray[tuple[int], np.dtype[np.uint8]]) -> cv2.typing.MatLike | None:
+def _decode_image(buffer: np.ndarray[tuple[int], np.dtype[np.uint8]]) -> cv2.typing.MatLike | None:
     try:
         image = cv2.imdecode(buffer, DECODE_FLAGS)
     except cv2.error:

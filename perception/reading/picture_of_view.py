@@ -47,13 +47,13 @@ class ViewLoader:
         intrinsics = picture.intrinsics
         try:
             # Before it is decoded, which may fill the memory.
-            fault = _stored_size_fault(picture)
+            fault = _check_stored_size(picture)
             image = None if fault else self._read(picture)
         except InputError as exc:
             return LeftOut(picture.name, str(exc), str(picture.frame or picture.path))
         if image is not None:
             height, width = image.shape
-            fault = intrinsics.size_fault(width, height)
+            fault = intrinsics.describe_size_fault(width, height)
         if fault or image is None:
             return LeftOut(picture.name, fault, intrinsics.where)
         lens = intrinsics.lens(width, height)
@@ -84,7 +84,7 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
     return View(picture.name, kept, camera, picture.pose, stored, picture.covariance)
 
 
-def _stored_size_fault(picture: PosedPicture) -> str:
+def _check_stored_size(picture: PosedPicture) -> str:
     """Return why a picture cannot be of its camera, by the size in its header; empty where it can
     be, or nothing is known before it is decoded.
 
@@ -94,7 +94,7 @@ def _stored_size_fault(picture: PosedPicture) -> str:
     if size is None or min(size) < LEAST_SIDE_PX:  # which is said when it is read
         return ""
     width, height = size[:: -1 if picture.turns % 2 else 1]
-    return picture.intrinsics.size_fault(width, height)
+    return picture.intrinsics.describe_size_fault(width, height)
 
 
 def _read_again(path: Path, turns: int, lens: Lens) -> Image:

@@ -22,10 +22,10 @@ from facetlog.perception.reading.pose_files.poses_file import (
     PosedPicture,
     PosesFile,
 )
-from facetlog.perception.reading.pose_files.register import kind_of, poses_path, read_poses
+from facetlog.perception.reading.pose_files.register import find_poses_path, kind_of, read_poses
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
-__all__ = ["ViewSet", "read_views", "stated_errors"]
+__all__ = ["ViewSet", "collect_stated_errors", "read_views"]
 
 _LOG = logging.getLogger(__name__)
 
@@ -112,7 +112,7 @@ def read_views(
     CalibrationError
         A camera or pose is missing or invalid, or all views were taken from one place.
     """
-    source = poses_path(Path(path))
+    source = find_poses_path(Path(path))
     _LOG.debug("%s is read as %s", source, kind_of(source, Path(path)))
     file = read_poses(source, PoseOptions(unit, square, axis, keep, progress))
     if file.faults:
@@ -134,15 +134,15 @@ def read_views(
             used.append(picture)
         if progress is not None:
             progress("pictures", done, len(file.pictures))
-    odd = _odd_sizes(used, views, source)
+    odd = _find_odd_sizes(used, views, source)
     views = [view for k, view in enumerate(views) if k not in odd]
     left_out += odd.values()
     if len(views) < LEAST_VIEWS:
-        line = _too_few(source, len(views), (*file.left_out, *left_out))
+        line = _describe_too_few_views(source, len(views), (*file.left_out, *left_out))
         raise InputError(f"{line}: {file.advice}" if file.advice and not views else line)
     _check_places(views, source)
     name = file.folder.resolve().name or "views"  # "/" has no name
-    errors = stated_errors(views, file.error_kind, file.scale_sd)
+    errors = collect_stated_errors(views, file.error_kind, file.scale_sd)
     return ViewSet(
         name,
         tuple(views),
@@ -156,7 +156,7 @@ def read_views(
     )
 
 
-def stated_errors(
+def collect_stated_errors(
     views: Sequence[View], kind: PoseErrorKind, scale_sd: float = 0.0
 ) -> PoseErrors | None:
     """Return the errors of the views' poses, where they are stated of each."""
@@ -199,7 +199,7 @@ def _same_pose(one: PosedPicture, other: PosedPicture) -> bool:
     return bool(same and np.allclose(a.centre, b.centre, rtol=0.0, atol=near))
 
 
-def _odd_sizes(
+def _find_odd_sizes(
     pictures: Sequence[PosedPicture], views: Sequence[View], source: Path
 ) -> dict[int, LeftOut]:
     """Return which pictures are not of the size of most that their camera took.
@@ -231,7 +231,7 @@ def _odd_sizes(
     return odd
 
 
-def _too_few(source: Path, usable: int, left_out: Sequence[LeftOut]) -> str:
+def _describe_too_few_views(source: Path, usable: int, left_out: Sequence[LeftOut]) -> str:
     count = f"{source}: {usable or 'no'} usable {'view' if usable == 1 else 'views'}"
     if not left_out:
         return f"{count}: give at least {LEAST_VIEWS}, from different places"

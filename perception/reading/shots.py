@@ -6,13 +6,18 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.exif import quarter_turns
+from facetlog.perception.reading.exif import read_quarter_turns
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture, turned
-from facetlog.perception.reading.video_file import COUNTED, VideoFrame, VideoFrames, frame_count
+from facetlog.perception.reading.video_file import (
+    COUNTED,
+    VideoFrame,
+    VideoFrames,
+    read_frame_count,
+)
 from facetlog.perception.types import Image
 
-__all__ = ["Shot", "has_shots", "shots_in"]
+__all__ = ["Shot", "has_shots", "list_shots"]
 
 FRAMES = 30
 """Number of frames used of a video: on a walk round a thing, one every 12 degrees or so."""
@@ -50,7 +55,9 @@ class Shot:
     @property
     def upright(self) -> "Shot":
         """The picture turned as its EXIF says that it is shown."""
-        return self if self.frame is not None else replace(self, turns=quarter_turns(self.path))
+        return (
+            self if self.frame is not None else replace(self, turns=read_quarter_turns(self.path))
+        )
 
 
 def has_shots(folder: Path) -> bool:
@@ -58,7 +65,7 @@ def has_shots(folder: Path) -> bool:
     return any(True for _ in _files(folder))
 
 
-def shots_in(folder: Path) -> tuple[Shot, ...]:
+def list_shots(folder: Path) -> tuple[Shot, ...]:
     """Return all pictures of a folder, in the order of their names; InputError for a video that
     cannot be read.
     """
@@ -67,7 +74,7 @@ def shots_in(folder: Path) -> tuple[Shot, ...]:
         if path.suffix.lower() in PICTURE_SUFFIXES:
             shots.append(Shot(path))
             continue
-        count = frame_count(str(path))
+        count = read_frame_count(str(path))
         if count == 0:
             raise InputError(f"{path} does not say how many frames it has: take them out of it")
         numbers = np.unique(np.linspace(0, count - 1, min(FRAMES, count)).round().astype(int))

@@ -11,7 +11,7 @@ from facetlog.errors import InputError
 from facetlog.perception.types import Image
 from facetlog.regular_file import check_regular
 
-__all__ = ["COUNTED", "VideoFrame", "VideoFrames", "frame_count"]
+__all__ = ["COUNTED", "VideoFrame", "VideoFrames", "read_frame_count"]
 
 COUNTED = (".avi", ".mp4", ".m4v", ".mov")
 """Kinds of files that state their number of frames: of others the last frame is never used."""
@@ -73,7 +73,7 @@ class VideoFrames:
         number, size = frame.number or 0, _size(frame.source)
         count, size_then = self._ended.get(frame.source, (0, -1))
         if size == size_then and number >= count:
-            raise _no_more(frame, count)
+            raise _describe_missing_frame(frame, count)
         if self._capture is None or self._source != frame.source or self._next > number:
             self.close()
             self._capture, self._source, self._next = _opened(frame.source), frame.source, 0
@@ -82,12 +82,12 @@ class VideoFrames:
         while self._next <= number:
             _, image = self._capture.retrieve() if self._there else (False, image)
             whole, self._there = self._there, self._capture.grab()
-            stated = self._next + 1 == _stated_count(frame.source, self._capture)
+            stated = self._next + 1 == _read_stated_count(frame.source, self._capture)
             # In a truncated file the decoder invents the rest of the last frame.
             if not whole or not (self._there or stated):
                 self._ended[frame.source] = (self._next, size)
                 self.close()  # it would not find what is written afterwards
-                raise _no_more(frame, self._next)
+                raise _describe_missing_frame(frame, self._next)
             self._next += 1
         return image
 
@@ -98,13 +98,13 @@ class VideoFrames:
         self._capture = None
 
 
-def frame_count(source: str) -> int:
+def read_frame_count(source: str) -> int:
     """Return how many frames a video file states, 0 if it does not; InputError if it is none."""
     _size(source)
     VideoFrames()  # which makes FFmpeg quiet
     capture = _opened(source)
     try:
-        return _stated_count(source, capture)
+        return _read_stated_count(source, capture)
     finally:
         capture.release()
 
@@ -128,14 +128,14 @@ def _opened(source: str) -> cv2.VideoCapture:
     return capture
 
 
-def _stated_count(source: str, capture: cv2.VideoCapture) -> int:
+def _read_stated_count(source: str, capture: cv2.VideoCapture) -> int:
     """Return how many frames the file states; of other kinds OpenCV only guesses it."""
     if Path(source).suffix.lower() not in COUNTED:
         return 0
     return round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
 
 
-def _no_more(frame: VideoFrame, count: int) -> InputError:
+def _describe_missing_frame(frame: VideoFrame, count: int) -> InputError:
     return InputError(
         f"{frame.source} has no whole frame {frame.number}: it ends, or is cut off, after {count}"
     )

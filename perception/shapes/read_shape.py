@@ -18,7 +18,7 @@ from facetlog.perception.shapes.shape_options import (
     SUFFIXES,
     UP_AXES,
     ShapeOptions,
-    says_itself,
+    is_scene_file,
 )
 from facetlog.perception.surfaces.scaled_scene import in_metres
 from facetlog.perception.surfaces.scene_file import read_scene
@@ -45,7 +45,7 @@ def _scene_file(path: Path, _options: ShapeOptions) -> Scene:
 def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
     from facetlog.perception.reading.shape_files.meshes.mesh_checks import NoTrianglesError
     from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
-    from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+    from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 
     try:
         mesh = read_mesh(path)
@@ -53,14 +53,14 @@ def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
         if path.suffix.lower() not in CLOUD_SUFFIXES:
             raise
         return _cloud_file(path, options)  # a PLY of points alone
-    mesh, options = _agreed(mesh, options)
+    mesh, options = _apply_stated_options(mesh, options)
     unit = METRES_PER[options.unit] if options.unit else mesh.unit_metres
     if unit is not None:
         mesh = replace(mesh, vertices=mesh.vertices * unit, unit_metres=1.0, step=mesh.step * unit)
-    return scene_of_mesh(mesh, up=options.up, metric=unit is not None)
+    return make_mesh_scene(mesh, up=options.up, metric=unit is not None)
 
 
-def _agreed(mesh: "Mesh", options: ShapeOptions) -> "tuple[Mesh, ShapeOptions]":
+def _apply_stated_options(mesh: "Mesh", options: ShapeOptions) -> "tuple[Mesh, ShapeOptions]":
     """Return the options without up and unit where the file states its own, and the mesh with a
     warning where these differ.
     """
@@ -92,7 +92,7 @@ def _axis(up: FloatArray) -> str:
 
 def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
     from facetlog.perception.reading.shape_files.clouds.cloud_files import read_cloud
-    from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+    from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 
     cloud = read_cloud(path)
     if options.sensor is not None:
@@ -107,7 +107,7 @@ def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
             errors=None if cloud.errors is None else cloud.errors * unit,
             sensor_places=None if cloud.sensor_places is None else cloud.sensor_places * unit,
         )
-    return scene_of_cloud(cloud, up=options.up, metric=options.unit is not None)
+    return make_cloud_scene(cloud, up=options.up, metric=options.unit is not None)
 
 
 _READERS: Mapping[str, Callable[[Path, ShapeOptions], Scene]] = MappingProxyType(
@@ -124,7 +124,7 @@ def read_stated(path: Path, options: ShapeOptions) -> Scene:
     (`stated`).
     """
     scene = read_shape(path, options)
-    return stated(scene, options) if says_itself(str(path)) else scene
+    return stated(scene, options) if is_scene_file(str(path)) else scene
 
 
 def stated(scene: Scene, options: ShapeOptions) -> Scene:
@@ -166,14 +166,14 @@ def read_shape(path: Path, options: ShapeOptions) -> Scene:
             f"{path}: {path.suffix or 'no suffix'}: files that can be read are {kinds}"
         )
     scene = reader(path, options)
-    if says_itself(str(path)):
+    if is_scene_file(str(path)):
         return scene
     if options.up is None and not options.find_floor:
         scene = replace(scene, up=None)
-    return replace(scene, warnings=(*scene.warnings, *_doubtful_unit(scene)))
+    return replace(scene, warnings=(*scene.warnings, *_warn_of_unit(scene)))
 
 
-def _doubtful_unit(scene: Scene) -> tuple[str, ...]:
+def _warn_of_unit(scene: Scene) -> tuple[str, ...]:
     """Return a warning where no object is as large as furniture or a house: the unit may be
     another.
     """

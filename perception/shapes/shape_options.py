@@ -57,11 +57,11 @@ class ShapeOptions:
     override: bool = False
 
 
-def up_from(word: str, option: str = "--up") -> tuple[float, float, float] | None:
+def parse_up(word: str, option: str = "--up") -> tuple[float, float, float] | None:
     """Return the unit vector that a word names, or three numbers of any length; None for `auto` and
     `none`. InputError for another, which names the option.
 
-    >>> up_from("-z"), up_from("0,0,2")
+    >>> parse_up("-z"), parse_up("0,0,2")
     ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
     """
     if word in (NOT_GIVEN, FROM_THE_FLOOR):
@@ -78,7 +78,7 @@ def up_from(word: str, option: str = "--up") -> tuple[float, float, float] | Non
     return UP_AXES[word]
 
 
-def unit_from(word: str, option: str = "--unit") -> str | None:
+def parse_unit(word: str, option: str = "--unit") -> str | None:
     """Return the unit that a word names; None for `none`. InputError for another."""
     if word == NOT_GIVEN:
         return None
@@ -88,10 +88,10 @@ def unit_from(word: str, option: str = "--unit") -> str | None:
     return word
 
 
-def sensor_from(word: str) -> tuple[float, float, float] | None:
+def parse_sensor(word: str) -> tuple[float, float, float] | None:
     """Return the place that a word names; None for `none`. InputError for another.
 
-    >>> sensor_from("0, 1.5,-2")
+    >>> parse_sensor("0, 1.5,-2")
     (0.0, 1.5, -2.0)
     """
     if word == NOT_GIVEN:
@@ -111,17 +111,17 @@ def _three(word: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def says_itself(path: str) -> bool:
+def is_scene_file(path: str) -> bool:
     """Return whether a file states its own up and unit, so that options are ignored."""
     return path.lower().endswith(SCENE_SUFFIX)
 
 
-def shapes_among(names: Collection[str]) -> tuple[str, ...]:
+def find_shape_files(names: Collection[str]) -> tuple[str, ...]:
     """Return the names of shape files among those of a folder, in alphabetical order.
 
     A COLMAP model is represented by its file of points, the binary one if there are both.
 
-    >>> shapes_among(["b.PLY", "a.json", "run.json", "notes.txt", "points3D.bin", "images.bin"])
+    >>> find_shape_files(["b.PLY", "a.json", "run.json", "notes.txt", "points3D.bin", "images.bin"])
     ('a.json', 'b.PLY', 'points3D.bin')
     """
     colmap = [name for name in COLMAP_POINTS if name in names][:1]

@@ -56,10 +56,10 @@ LEAST_MISSED = 0.25
 OPEN_SHARE = 0.15
 
 
-def missed_cells(corner_sd: float) -> int:
+def count_missed_cells(corner_sd: float) -> int:
     """Return by how many cells an outline may miss its neighbour's, for a corner's sd in cells.
 
-    >>> missed_cells(0.1), missed_cells(0.2), missed_cells(0.6)
+    >>> count_missed_cells(0.1), count_missed_cells(0.2), count_missed_cells(0.6)
     (0, 1, 2)
     """
     missed = MISSED_SDS * corner_sd
@@ -69,12 +69,12 @@ def missed_cells(corner_sd: float) -> int:
 def enclosed(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
     """Return cells that are surface or are enclosed by it; the ground closes what stands on it."""
     missed = min(missed, max(surface.shape))  # from there on all gaps are closed
-    within = ~reached_from_outside(surface, on_ground=on_ground, missed=missed)
-    rooms = _met_along_all_axes(surface, on_ground=on_ground) & ~within
-    return within | _nearly_closed(rooms, within) if rooms.any() else within
+    within = ~find_reached_from_outside(surface, on_ground=on_ground, missed=missed)
+    rooms = _find_met_along_all_axes(surface, on_ground=on_ground) & ~within
+    return within | _find_nearly_closed(rooms, within) if rooms.any() else within
 
 
-def reached_from_outside(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
+def find_reached_from_outside(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
     """Return cells that can be reached from outside; on the ground not from below.
 
     Gaps of up to twice as many cells as `missed` do not let the flood through, only in.
@@ -110,26 +110,31 @@ def _closed(free: Cells, on_ground: bool, missed: int) -> Cells:
     return closed | ~free
 
 
-def _met_along_all_axes(surface: Cells, *, on_ground: bool) -> Cells:
+def _find_met_along_all_axes(surface: Cells, *, on_ground: bool) -> Cells:
     """Return cells from which surface is met along all six axes, down at the ground at the
     latest.
     """
     met = np.ones_like(surface)
     for axis in range(3):
-        met &= np.logical_or.accumulate(surface[_backwards(axis)], axis)[_backwards(axis)]
+        met &= np.logical_or.accumulate(surface[_make_reversed_slice(axis)], axis)[
+            _make_reversed_slice(axis)
+        ]
         if axis < 2 or not on_ground:
             met &= np.logical_or.accumulate(surface, axis)
     return met
 
 
-def _nearly_closed(rooms: Cells, within: Cells) -> Cells:
+def _find_nearly_closed(rooms: Cells, within: Cells) -> Cells:
     """Return the cells of rooms that are open over little of their rim; `within` is their walls."""
     from scipy import ndimage
 
     room, count = ndimage.label(rooms)
     rim, opened = np.zeros(count + 1), np.zeros(count + 1)
     for axis in range(3):
-        for here, walls in ((room, within), (room[_backwards(axis)], within[_backwards(axis)])):
+        for here, walls in (
+            (room, within),
+            (room[_make_reversed_slice(axis)], within[_make_reversed_slice(axis)]),
+        ):
             along, beside = np.moveaxis(here, axis, 0), np.moveaxis(walls, axis, 0)
             last = (along[:-1] > 0) & (along[1:] == 0)
             of, closed = along[:-1][last], beside[1:][last]
@@ -141,5 +146,5 @@ def _nearly_closed(rooms: Cells, within: Cells) -> Cells:
     return np.asarray(kept[room], dtype=np.bool_)
 
 
-def _backwards(axis: int) -> tuple[slice, ...]:
+def _make_reversed_slice(axis: int) -> tuple[slice, ...]:
     return tuple(slice(None, None, -1 if k == axis else None) for k in range(3))

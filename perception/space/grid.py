@@ -7,9 +7,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.ragged import Indices
-from facetlog.perception.surfaces.convex_hulls import least_rectangle
+from facetlog.perception.surfaces.convex_hulls import find_least_rectangle
 from facetlog.perception.types import FloatArray
 
 # Cells along the longest side. A chair's leg is 4 % of its height: a cell is 2.5 %. Finer grids
@@ -57,7 +57,7 @@ class Lattice:
         box that meet at a corner fill half of either.
         """
         axes = _axes(points, up, square_to)
-        axes[:2] *= _senses(points @ axes[:2].T)[:, None]
+        axes[:2] *= _choose_senses(points @ axes[:2].T)[:, None]
         local = points @ axes.T
         low, size = local.min(axis=0), np.ptp(local, axis=0)
         cell = float(size.max()) / CELLS
@@ -112,7 +112,7 @@ class Lattice:
         return found
 
 
-def _senses(flat: FloatArray) -> FloatArray:
+def _choose_senses(flat: FloatArray) -> FloatArray:
     """Return -1 or 1 for each column of points (n, k): from where more of them lie to where fewer
     do.
     """
@@ -123,10 +123,10 @@ def _senses(flat: FloatArray) -> FloatArray:
 
 
 def _axes(points: FloatArray, up: FloatArray, square_to: FloatArray | None) -> FloatArray:
-    first, second = plane_axes(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    direction, length, width = least_rectangle(points @ np.array([first, second]).T)
+    first, second = make_plane_axes(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    direction, length, width = find_least_rectangle(points @ np.array([first, second]).T)
     if square_to is not None:
-        plan = plane_axes(up, square_to)
+        plan = make_plane_axes(up, square_to)
         if float(np.ptp(points @ plan.T, axis=0).prod()) <= HARDLY_LARGER * length * width:
             return np.array([*plan, up])
     along = direction[0] * first + direction[1] * second

@@ -93,7 +93,9 @@ def _along(least: Grid, most: Grid, axis: int, *, on_ground: bool) -> Iterator[O
             yield _opening(least, axis, hole)
 
 
-def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool | None) -> bool:
+def has_room_for_openings(
+    space: Space, found: Sequence[Opening], *, on_ground: bool | None
+) -> bool:
     """Return whether the space may have an opening besides those that were `found` in it, if what
     nobody saw, or what is only assumed, is full here and free there.
 
@@ -107,7 +109,7 @@ def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool
         room = ~np.asarray(sure.any(axis=axis))
         free = np.asarray(known_free.all(axis=axis))
         if on_ground is None:
-            closed = _within_outline(free)
+            closed = _find_within_outline(free)
         else:
             closed = _enclosed(free, on_ground=on_ground and axis < 2) > 0
         room &= ~free | closed
@@ -115,7 +117,7 @@ def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool
             if opening.along == axis:
                 one, two = opening.cells.T
                 room[one, two] &= ~free[one, two]
-                if not _stays_one(opening, free):
+                if not _is_one_opening(opening, free):
                     return True
         if _is_wide(room):
             return True
@@ -139,7 +141,7 @@ def _enclosed(free: _Plan, *, on_ground: bool) -> Indices:
     return np.asarray(numbers[labels[1:-1, 1:-1]])
 
 
-def _within_outline(free: _Plan) -> _Plan:
+def _find_within_outline(free: _Plan) -> _Plan:
     """Return places (n, m) within the convex outline of those that are not free, which a flat
     ground reaches and no further.
     """
@@ -150,7 +152,7 @@ def _within_outline(free: _Plan) -> _Plan:
     return np.asarray(shapely.intersects_xy(outline, places[0], places[1]))
 
 
-def _stays_one(opening: Opening, free: _Plan) -> bool:
+def _is_one_opening(opening: Opening, free: _Plan) -> bool:
     """Return whether it is one opening if what nobody saw of it is full: that may part it, or close
     it.
     """

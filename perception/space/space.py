@@ -74,7 +74,7 @@ class Space:
         unknown = (self.cells == State.UNSEEN) | (self.cells == State.ASSUMED)
         return self.closed and float(unknown.mean()) <= LEAST_UNKNOWN
 
-    def would_show(self, axis: int, sense: int) -> float:
+    def measure_visible_unseen(self, axis: int, sense: int) -> float:
         """Return how much of what is unseen shows to who looks along that axis, 0..1, from beyond
         its end if `sense` is 1, from before its beginning if -1: all that nothing full hides.
         """
@@ -128,7 +128,7 @@ class UnseenSpace:
     def shown_from(self, place: FloatArray) -> NDArray[np.bool_]:
         """Return which points (n,) show from a place (3,) in the scene's frame.
 
-        `Space.would_show` does so for a place far away along an axis.
+        `Space.measure_visible_unseen` does so for a place far away along an axis.
         """
         lattice = self.space.lattice
         full = np.append((self.space.cells > State.UNSEEN).ravel(), np.False_)  # last: outside

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import FlatFace
-from facetlog.perception.ragged import Indices, row_starts
+from facetlog.perception.ragged import Indices, find_row_starts
 from facetlog.perception.types import FloatArray
 
 # Rounding takes points less far off, as a share of a face or of a spacing.
@@ -17,14 +17,14 @@ POINTS_AT_ONCE = 200_000
 """Points of grids that are worked on in one go: some 20 MB."""
 
 
-def line_points(segments: FloatArray, spacing: float) -> FloatArray:
+def sample_lines(segments: FloatArray, spacing: float) -> FloatArray:
     """Return points (n, 3) along segments (l, 2, 3), both ends too, no farther apart than
     `spacing`.
     """
     span = segments[:, 1] - segments[:, 0]
     counts = np.ceil(np.sqrt((span * span).sum(axis=1)) / spacing).astype(np.intp) + 1
     line = np.repeat(np.arange(len(counts)), counts)
-    nth = np.arange(len(line)) - row_starts(counts)[line]
+    nth = np.arange(len(line)) - find_row_starts(counts)[line]
     share = nth / np.maximum(counts - 1, 1)[line]
     points: FloatArray = segments[line, 0] + share[:, None] * span[line]
     return points
@@ -51,15 +51,15 @@ def inner_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray,
     batch = np.cumsum(counts.prod(axis=1)) // POINTS_AT_ONCE
     for some in np.split(np.arange(len(shown)), np.flatnonzero(np.diff(batch)) + 1):
         own = polygons[some]
-        x, y, inside = _grids_within(own, low[some], high[some], counts[some])
+        x, y, inside = _find_grid_points_within(own, low[some], high[some], counts[some])
         rim, of = shapely.get_coordinates(shapely.segmentize(own, spacing), return_index=True)
         # Face by face what is within it, and then its rim.
         within, along = (np.bincount(each, minlength=len(some)) for each in (inside, of))
-        starts = row_starts(within + along)
+        starts = find_row_starts(within + along)
         flat = np.empty((len(x) + len(rim), 2))
-        place = np.arange(len(x)) + np.repeat(starts - row_starts(within), within)
+        place = np.arange(len(x)) + np.repeat(starts - find_row_starts(within), within)
         flat[place, 0], flat[place, 1] = x, y
-        flat[np.arange(len(rim)) + np.repeat(starts + within - row_starts(along), along)] = rim
+        flat[np.arange(len(rim)) + np.repeat(starts + within - find_row_starts(along), along)] = rim
         ends = starts + within + along
         for nth, start, end in zip(some.tolist(), starts.tolist(), ends.tolist(), strict=True):
             face = shown[nth]
@@ -69,7 +69,7 @@ def inner_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray,
     return np.concatenate(found), np.repeat(there, np.concatenate(counted))
 
 
-def _grids_within(
+def _find_grid_points_within(
     polygons: NDArray[np.object_], low: FloatArray, high: FloatArray, counts: Indices
 ) -> tuple[FloatArray, FloatArray, Indices]:
     """Return x, y and polygon number (n,) of the grid points within polygons (f,).
@@ -79,7 +79,7 @@ def _grids_within(
     """
     pitch = (high - low) / (counts - 1)
     total = counts.prod(axis=1)
-    starts = row_starts(total)
+    starts = find_row_starts(total)
     parts, part_of = shapely.get_parts(polygons, return_index=True)
     rings, ring_of = shapely.get_rings(parts, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
@@ -92,7 +92,7 @@ def _grids_within(
     crossed = np.abs(rows[first + 1] - rows[first])
     side = np.repeat(first, crossed)
     face = of[side]
-    row = np.arange(len(side)) + np.repeat(lowest - row_starts(crossed), crossed)
+    row = np.arange(len(side)) + np.repeat(lowest - find_row_starts(crossed), crossed)
     share = (row - level[side]) / (level[side + 1] - level[side])
     x = corners[side, 0] + share * (corners[side + 1, 0] - corners[side, 0])
     column = np.ceil((x - low[face, 0]) / pitch[face, 0]).astype(np.intp)

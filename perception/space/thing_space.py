@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from facetlog.perception.attached_edges import RIM_SHARE
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.min_views import FEWEST_VIEWS
-from facetlog.perception.ragged import row_starts
+from facetlog.perception.ragged import find_row_starts
 from facetlog.perception.scene import SightLines
-from facetlog.perception.space.flooding import enclosed, is_empty_shell, missed_cells
+from facetlog.perception.space.flooding import count_missed_cells, enclosed, is_empty_shell
 from facetlog.perception.space.grid import CELLS, Cells, Lattice
 from facetlog.perception.space.space import Space, State
-from facetlog.perception.space.surface_points import inner_points, line_points
+from facetlog.perception.space.surface_points import inner_points, sample_lines
 from facetlog.perception.types import FloatArray
 
 # A line ends where surface was seen, and passes no cell that holds measured surface: what is hidden
@@ -29,7 +29,7 @@ BEFORE_END = 1.0
 AT_ONCE = 400_000
 
 
-def places_through(
+def count_places_through(
     lattice: Lattice, sights: Iterable[SightLines], full: Cells
 ) -> NDArray[np.int32]:
     """Count the different places from which a line passed each cell (nx, ny, nz) before its end.
@@ -63,7 +63,9 @@ def _passed(
     through = np.flatnonzero(counts)
     batches = np.cumsum(counts[through]) // AT_ONCE
     for some in np.split(through, np.flatnonzero(np.diff(batches)) + 1):
-        passed[_cells_of_lines(lattice, start, rays[some], first[some], counts[some], full)] = True
+        passed[
+            _find_cells_of_lines(lattice, start, rays[some], first[some], counts[some], full)
+        ] = True
     return passed
 
 
@@ -84,7 +86,7 @@ def _within(lattice: Lattice, start: FloatArray, rays: FloatArray) -> tuple[Floa
     return first, np.where(still & beside, -np.inf, last[:, None]).min(axis=1)
 
 
-def _cells_of_lines(
+def _find_cells_of_lines(
     lattice: Lattice,
     start: FloatArray,
     rays: FloatArray,
@@ -95,7 +97,7 @@ def _cells_of_lines(
     """Return the cells (m,) in which so many places along each ray lie, up to the first that is
     full.
     """
-    starts = row_starts(counts)
+    starts = find_row_starts(counts)
     ray = np.repeat(np.arange(len(counts)), counts)
     nth = np.arange(len(ray)) - starts[ray]
     away = first[ray] + STEP * (nth + 0.5)
@@ -182,7 +184,7 @@ def thing_space(
     if not len(flat):
         touched |= lattice.holding(lattice.local(surface.outer))
     within = enclosed(
-        touched, on_ground=on_ground, missed=missed_cells(surface.corner_sd / lattice.cell)
+        touched, on_ground=on_ground, missed=count_missed_cells(surface.corner_sd / lattice.cell)
     )
     closed = surface.all_round and _open_share(lattice, within, points, facing) <= OPEN_SHARE
     if closed:
@@ -192,19 +194,19 @@ def thing_space(
     before = np.zeros(lattice.size, dtype=np.bool_)
     numbers = lattice.numbers(points + BESIDE * facing)
     before[numbers[(numbers >= 0) & facing.any(axis=1)]] = True
-    passed = places_through(lattice, sights, touched) >= places
+    passed = count_places_through(lattice, sights, touched) >= places
     free = ~touched & (before.reshape(lattice.shape) | passed)
-    blind = _empty_round_an_eye(lattice, within & ~touched, surface.outer, sights)
+    blind = _find_empty_rooms(lattice, within & ~touched, surface.outer, sights)
     free &= ~blind
-    full = touched | _without_free(within & ~touched & ~blind, free)
-    shown = _shown_sides(facing)
+    full = touched | _drop_free_rooms(within & ~touched & ~blind, free)
+    shown = _find_shown_sides(facing)
     free &= ~full
     sure = _wide(free) if places > 1 else free
     looked = _looked_at(lattice, sights) if places > 1 else ()
-    cells = _with_assumed(full, free, sure, shown, looked)
+    cells = _assign_states(full, free, sure, shown, looked)
     cells[blind] = State.UNSEEN
     # One sees past an edge: it hides nothing, and what lies between two is not enclosed.
-    bars = lattice.local(line_points(surface.lines, SPACING * lattice.cell))
+    bars = lattice.local(sample_lines(surface.lines, SPACING * lattice.cell))
     cells[lattice.holding(bars)] = State.FULL
     return Space(lattice, cells, closed)
 
@@ -236,7 +238,7 @@ def _open_share(lattice: Lattice, within: Cells, points: FloatArray, facing: Flo
     return float((~solid).sum()) / len(points)
 
 
-def _without_free(within: Cells, free: Cells) -> Cells:
+def _drop_free_rooms(within: Cells, free: Cells) -> Cells:
     """Return the cells of seemingly enclosed rooms of which next to nothing is free."""
     from scipy import ndimage  # loaded only now: what has no space does without
 
@@ -250,7 +252,7 @@ def _without_free(within: Cells, free: Cells) -> Cells:
     return np.asarray(kept[rooms], dtype=np.bool_)
 
 
-def _empty_round_an_eye(
+def _find_empty_rooms(
     lattice: Lattice, within: Cells, outer: FloatArray, sights: Sequence[SightLines]
 ) -> Cells:
     """Return the cells of enclosed rooms in which something sees nothing but their walls, of
@@ -271,7 +273,7 @@ def _empty_round_an_eye(
     return blind
 
 
-def _shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:
+def _find_shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:
     """Return along which axes, and in which sense (1 or -1), seen surface faces."""
     return {
         (axis, sense): float((sense * facing[:, axis] > FACES_ALONG).mean()) > LEAST_SHOWN
@@ -280,7 +282,7 @@ def _shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:
     }
 
 
-def _with_assumed(
+def _assign_states(
     full: Cells,
     free: Cells,
     sure: Cells,
@@ -303,10 +305,10 @@ def _with_assumed(
     missing = np.zeros(full.shape, dtype=np.uint8)
     for axis in range(3):
         for sense in (1, -1):
-            met = _first_met(ahead, axis, sense)
+            met = _find_first_met(ahead, axis, sense)
             opened |= met == State.FREE
             if (axis, sense) in looked:
-                opened |= (met == State.UNSEEN) & _within_rim(full, axis, sense)
+                opened |= (met == State.UNSEEN) & _find_within_rim(full, axis, sense)
             if shown[axis, sense]:
                 missing += met == State.UNSEEN
             backed |= met == State.FULL
@@ -331,7 +333,7 @@ def _looked_at(lattice: Lattice, sights: Sequence[SightLines]) -> set[tuple[int,
     return found
 
 
-def _within_rim(full: Cells, axis: int, sense: int) -> Cells:
+def _find_within_rim(full: Cells, axis: int, sense: int) -> Cells:
     """Return cells (nx, ny, nz) behind what of a side is open, with full cells at the side all
     round.
     """
@@ -351,7 +353,7 @@ def _wide(free: Cells) -> Cells:
     return found
 
 
-def _first_met(states: NDArray[np.uint8], axis: int, sense: int) -> NDArray[np.uint8]:
+def _find_first_met(states: NDArray[np.uint8], axis: int, sense: int) -> NDArray[np.uint8]:
     """Return the state of the first free or full cell from each cell on along an axis, else
     unseen.
     """

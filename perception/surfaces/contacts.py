@@ -6,11 +6,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 import shapely
 
-from facetlog.perception.batch_linalg import dots, quadratic_forms
+from facetlog.perception.batch_linalg import compute_quadratic_forms, dots
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.ragged import Bools, Indices, row_starts
+from facetlog.perception.ragged import Bools, Indices, find_row_starts
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.surfaces.outline_overlap import distances_outside
+from facetlog.perception.surfaces.outline_overlap import measure_loop_distances
 from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
@@ -19,9 +19,9 @@ __all__ = [
     "Segments",
     "SideContacts",
     "Touches",
-    "edges_along_sides",
-    "face_distances",
-    "side_contacts",
+    "find_edges_along_sides",
+    "find_side_contacts",
+    "measure_face_distances",
     "touches",
 ]
 
@@ -90,7 +90,7 @@ def _bends(planes: PlaneTable, faces: Indices, d: FloatArray) -> tuple[FloatArra
     variance = np.zeros(len(d))
     for face, n in ((faces[:, 0], n1), (faces[:, 1], n2)):
         axis = cross(d, n)
-        variance += quadratic_forms(axis, planes.normal_covs[face])
+        variance += compute_quadratic_forms(axis, planes.normal_covs[face])
     return turns, np.sqrt(np.maximum(variance, 0.0))
 
 
@@ -141,10 +141,14 @@ class Segments:
         return zip(np.split(low, cuts), np.split(high, cuts), strict=True)
 
 
-def near_segments(first: Segments, second: Segments) -> tuple[Indices, Indices]:
+def find_near_segments(first: Segments, second: Segments) -> tuple[Indices, Indices]:
     """Return pairs of segments of one scene whose boxes meet, by the first."""
-    found = [_near_boxes(*boxes) for boxes in zip(first.boxes(), second.boxes(), strict=True)]
-    begins = zip(row_starts(first.counts).tolist(), row_starts(second.counts).tolist(), strict=True)
+    found = [
+        _find_meeting_boxes(*boxes) for boxes in zip(first.boxes(), second.boxes(), strict=True)
+    ]
+    begins = zip(
+        find_row_starts(first.counts).tolist(), find_row_starts(second.counts).tolist(), strict=True
+    )
     moved = [(one + a, two + b) for (one, two), (a, b) in zip(found, begins, strict=True)]
     return (
         np.concatenate([NONE, *(one for one, _ in moved)]),
@@ -152,7 +156,7 @@ def near_segments(first: Segments, second: Segments) -> tuple[Indices, Indices]:
     )
 
 
-def _near_boxes(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
+def _find_meeting_boxes(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
     (low1, high1), (low2, high2) = first, second
     if len(low1) * len(low2) <= FEW_PAIRS:
         meet = np.ones((len(low1), len(low2)), dtype=np.bool_)
@@ -169,7 +173,7 @@ def _near_boxes(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
     return one[order], two[order]
 
 
-def side_contacts(table: FaceTable) -> SideContacts:
+def find_side_contacts(table: FaceTable) -> SideContacts:
     """Return all contacts between sides of two different faces, each pair of faces in one order
     only.
 
@@ -180,7 +184,7 @@ def side_contacts(table: FaceTable) -> SideContacts:
     segments = table.points[ends]
     sds, scene = tolerance.vertex_sds[ends].max(axis=1), table.scene[owner]
     boxed = Segments(segments, tolerance.within(sds, scene), table.side_counts)
-    one, two = near_segments(boxed, boxed)
+    one, two = find_near_segments(boxed, boxed)
     keep = owner[one] < owner[two]
     one, two = one[keep], two[keep]
     overlap, gap, cosine = along(
@@ -190,7 +194,7 @@ def side_contacts(table: FaceTable) -> SideContacts:
     size = _lengths(spans)
     limit = tolerance.within(np.hypot(sds[one], sds[two]), scene[one])
     least = np.minimum(size[one], size[two])
-    same = _same_ends(ends[one], ends[two])
+    same = _have_same_ends(ends[one], ends[two])
     meets = same | ((gap <= limit) & (overlap >= LEAST_OVERLAP * least) & (overlap > 2.0 * limit))
     one, two, same = one[meets], two[meets], same[meets]
     faces = np.column_stack([owner[one], owner[two]])
@@ -206,14 +210,14 @@ def side_contacts(table: FaceTable) -> SideContacts:
     )
 
 
-def _same_ends(one: Indices, two: Indices) -> Bools:
+def _have_same_ends(one: Indices, two: Indices) -> Bools:
     """Return which pairs of vertices (m, 2) are the same, in whichever order."""
     (a, b), (c, d) = one.T, two.T
     same: Bools = ((a == c) & (b == d)) | ((a == d) & (b == c))
     return same
 
 
-def edges_along_sides(table: FaceTable, edges: Indices, counts: Indices) -> Indices:
+def find_edges_along_sides(table: FaceTable, edges: Indices, counts: Indices) -> Indices:
     """Return (edge, face) (b, 2), ascending, wherever an edge (e, 2) is or lies along a side, by 3
     sd.
 
@@ -223,7 +227,7 @@ def edges_along_sides(table: FaceTable, edges: Indices, counts: Indices) -> Indi
     sds = tolerance.vertex_sds[edges].max(axis=1)
     side_sds = tolerance.vertex_sds[ends].max(axis=1)
     scene, side_scene = np.repeat(np.arange(len(counts)), counts), table.scene[table.sides.face]
-    one, two = near_segments(
+    one, two = find_near_segments(
         Segments(points[edges], tolerance.within(sds, scene), counts),
         Segments(points[ends], tolerance.within(side_sds, side_scene), table.side_counts),
     )
@@ -233,7 +237,7 @@ def edges_along_sides(table: FaceTable, edges: Indices, counts: Indices) -> Indi
     size = _lengths(points[edges[:, 1]] - points[edges[:, 0]])[one]
     limit = tolerance.within(np.hypot(sds[one], side_sds[two]), scene[one])
     lies = (gap <= limit) & (overlap >= size - 2.0 * limit) & (overlap > 2.0 * limit)
-    lies |= _same_ends(edges[one], ends[two])
+    lies |= _have_same_ends(edges[one], ends[two])
     count = max(len(table), 1)
     found = np.unique(one[lies] * count + table.sides.face[two[lies]])
     return np.column_stack(np.divmod(found, count))
@@ -262,13 +266,13 @@ def touches(table: FaceTable, vertices: Indices, faces: Indices) -> Touches:
     within = (flat >= low[faces] - slack[:, None]) & (flat <= high[faces] + slack[:, None])
     inside = within[:, 0] & within[:, 1]
     vertices, faces, flat, slack = vertices[inside], faces[inside], flat[inside], slack[inside]
-    outside, rim = face_distances(table, faces, flat[:, None])
+    outside, rim = measure_face_distances(table, faces, flat[:, None])
     on = outside[:, 0] <= slack
     depth = np.where(outside == 0.0, rim, -outside)[on, 0]
     return Touches(vertices[on], faces[on], depth)
 
 
-def face_distances(
+def measure_face_distances(
     table: FaceTable, faces: Indices, where: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return distances (r, q) of points (r, q, 2) from faces (r,), in their planes: outside, from
@@ -276,11 +280,11 @@ def face_distances(
 
     The former is 0 within the outline, outside of holes; both are NaN where the face has no area.
     """
-    outside, rim = distances_outside(table.flat[faces], table.sizes[faces], where)
+    outside, rim = measure_loop_distances(table.flat[faces], table.sizes[faces], where)
     others = np.flatnonzero(~table.convex[faces])
     if len(others):
         shown, of = np.unique(faces[others], return_inverse=True)
-        polygons = table.polygons_of(shown)[of, None]
+        polygons = table.make_face_polygons(shown)[of, None]
         dots = shapely.points(where[others])
         outside[others] = shapely.distance(dots, polygons)
         rim[others] = shapely.distance(dots, shapely.boundary(polygons))

@@ -12,7 +12,7 @@ from facetlog.perception.stable_order import TIE
 from facetlog.perception.surfaces.outline_overlap import following
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Hulls", "least_rectangle", "least_rectangles"]
+__all__ = ["Hulls", "find_least_rectangle", "find_least_rectangles"]
 
 # Rectangles this much larger than the least one count as equal, and the longest of them is taken:
 # all three round a triangle are of one size, and rounding must not choose. A 1 % difference in
@@ -55,7 +55,7 @@ class Hulls:
         found: dict[int, list[int]] = {}
         if loops is None or not loops.all():
             others = np.arange(len(flat)) if loops is None else np.flatnonzero(~loops)
-            hulls = _hull_each if slack is None else _hulls
+            hulls = _hull_each if slack is None else _find_hulls
             found = dict(zip(others.tolist(), hulls(flat[others], there[others]), strict=True))
             for row, own in found.items():
                 self.sizes[row] = len(own)
@@ -75,7 +75,7 @@ class Hulls:
     def _straighten(self, corners: FloatArray, slack: FloatArray) -> None:
         """Leave out what is nearer than `slack` to the line between its neighbours."""
         for row in np.flatnonzero(~_sharp(corners, self.sizes, slack)).tolist():
-            kept = _sharp_corners(corners[row, : self.sizes[row]].tolist(), float(slack[row]))
+            kept = _find_sharp_corners(corners[row, : self.sizes[row]].tolist(), float(slack[row]))
             own = self.places[row, kept]
             self.sizes[row] = len(own)
             self.places[row] = own[-1]
@@ -86,7 +86,7 @@ class Hulls:
         return np.asarray(values[np.arange(len(self.sizes))[:, None], self.places])
 
 
-def _hulls(flat: FloatArray, there: Bools) -> list[list[int]]:
+def _find_hulls(flat: FloatArray, there: Bools) -> list[list[int]]:
     """Return places of each row's hull, counter-clockwise from the lowest x on, by GEOS, all at
     once.
 
@@ -170,7 +170,7 @@ def _sharp(loops: FloatArray, sizes: Indices, slack: FloatArray) -> Bools:
     return sharp
 
 
-def _sharp_corners(loop: list[list[float]], slack: float) -> list[int]:
+def _find_sharp_corners(loop: list[list[float]], slack: float) -> list[int]:
     """Return places of a convex loop's corners that are farther than `slack` from their neighbours'
     line.
 
@@ -187,15 +187,17 @@ def _sharp_corners(loop: list[list[float]], slack: float) -> list[int]:
     return kept if len(kept) > 2 else list(range(len(loop)))
 
 
-def least_rectangle(flat: FloatArray) -> tuple[FloatArray, float, float]:
+def find_least_rectangle(flat: FloatArray) -> tuple[FloatArray, float, float]:
     """Return the direction (2,) of the longer side, and both sides, of the least rectangle round
     (n, 2).
     """
-    directions, lengths, widths = least_rectangles(flat[None], np.ones((1, len(flat)), np.bool_))
+    directions, lengths, widths = find_least_rectangles(
+        flat[None], np.ones((1, len(flat)), np.bool_)
+    )
     return directions[0], float(lengths[0]), float(widths[0])
 
 
-def least_rectangles(
+def find_least_rectangles(
     flat: FloatArray, there: Bools, loops: Bools | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return directions (r, 2) of the longer sides, and both sides (r,), of the least rectangles

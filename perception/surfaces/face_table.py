@@ -1,6 +1,6 @@
 """All faces of some scenes as arrays: what most facts are worked out from, for all at once.
 
-Corners, sides and members of the faces stand end to end, face by face; `row_table` and `row_sums`
+Corners, sides and members of the faces stand end to end, face by face; `row_table` and `sum_rows`
 put them in rows. Areas, middles and their derivatives are those of polygons in the faces' planes.
 
 A call of numpy takes longer than the arithmetic of a scene: so the scenes of a block share a table,
@@ -15,18 +15,18 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import FlatFace, cross, plane_axes
+from facetlog.perception.flat_faces import FlatFace, cross, make_plane_axes
 from facetlog.perception.ragged import (
     Bools,
     Indices,
-    chosen_places,
-    row_starts,
-    row_sums,
+    find_entries_of_rows,
+    find_row_starts,
     row_table,
     stacked,
+    sum_rows,
 )
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.outline_overlap import convex_loops, valid_polygons
+from facetlog.perception.surfaces.outline_overlap import find_convex_loops, make_valid_polygons
 from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import Tolerances
 from facetlog.perception.types import FloatArray
@@ -108,19 +108,19 @@ class FaceTable:
         sides = _sides(scenes, vertex_counts, points, planes)
         normals, count = planes.normals, len(planes.offsets)
         corner, face = sides.ends[:, 0], sides.face
-        place, there = _outline_places(sides, count)
+        place, there = _find_outline_places(sides, count)
         outlines, sizes = corner[place], there.sum(axis=1)
         loops = points[outlines]
 
         spans = np.where(there[..., None], points[sides.ends[place, 1]] - loops, 0.0)
         longest = (spans * spans).sum(axis=2).argmax(axis=1) if count else np.zeros(0, np.intp)
-        axes = plane_axes(normals, spans[np.arange(count), longest])
+        axes = make_plane_axes(normals, spans[np.arange(count), longest])
         starts = np.where(there[..., None], loops, 0.0).sum(axis=1) / sizes[:, None]
-        flat = _flattened(points[corner] - starts[face], axes[face])
+        flat = _project_to_faces(points[corner] - starts[face], axes[face])
 
         before, after = _neighbours(sides.lengths)
         corners = np.bincount(face, minlength=count)
-        areas, moments, area_slope, moment_slope = _moments(flat, before, after, corners)
+        areas, moments, area_slope, moment_slope = _compute_moments(flat, before, after, corners)
         extents = np.ptp(flat[place], axis=1).max(axis=1) if count else np.zeros(0)
         # A loop that crosses itself may have no area left, or its middle far outside.
         sound = (areas > LEAST_AREA * extents**2) & (np.abs(moments).max(axis=1) <= extents * areas)
@@ -138,7 +138,7 @@ class FaceTable:
         # d(M / A) = (dM - M / A dA) / A
         slope = own_moment - shift[owner][:, :, None] * own_area[:, None]
         slope /= size[owner][:, :, None]
-        outer = np.arange(len(vertex)) - np.repeat(row_starts(counts), counts) < sizes[owner]
+        outer = np.arange(len(vertex)) - np.repeat(find_row_starts(counts), counts) < sizes[owner]
         mean = np.where(outer, 1.0 / sizes[owner], 0.0)[:, None, None]
         slope = np.where(sound[owner][:, None, None], slope, mean * np.eye(2))
         # Within the plane the middle moves like that, across it with the mean of the outline.
@@ -148,7 +148,7 @@ class FaceTable:
         own_slope = (own_area[:, None] @ frames)[:, 0]
 
         flat = flat - shift[face]
-        convex = convex_loops(flat[place], sizes) & (corners == sizes)
+        convex = find_convex_loops(flat[place], sizes) & (corners == sizes)
         members = Members(vertex, owner, counts, own_slope, in_space)
         areas = np.maximum(areas, 0.0)
         return cls(
@@ -187,21 +187,24 @@ class FaceTable:
     @cached_property
     def polygons(self) -> NDArray[np.object_]:
         """The faces as valid polygons (f,) in their planes, empty where they have no area."""
-        return self.polygons_of(np.arange(len(self)))
+        return self.make_face_polygons(np.arange(len(self)))
 
-    def polygons_of(self, chosen: Indices) -> NDArray[np.object_]:
+    def make_face_polygons(self, chosen: Indices) -> NDArray[np.object_]:
         """Return the polygons of chosen faces (r,)."""
         lengths, ring_of = self.sides.lengths, self._ring_of
         rings = np.bincount(ring_of, minlength=len(self))
-        corner = chosen_places(self._corner_counts, chosen)
+        corner = find_entries_of_rows(self._corner_counts, chosen)
         owner = np.repeat(np.arange(len(chosen)), rings[chosen])
-        return valid_polygons(
-            self.corners[corner], lengths[chosen_places(rings, chosen)], owner, self.convex[chosen]
+        return make_valid_polygons(
+            self.corners[corner],
+            lengths[find_entries_of_rows(rings, chosen)],
+            owner,
+            self.convex[chosen],
         )
 
     @property
     def _ring_of(self) -> Indices:
-        return np.asarray(self.sides.face[row_starts(self.sides.lengths)])
+        return np.asarray(self.sides.face[find_row_starts(self.sides.lengths)])
 
     @property
     def _corner_counts(self) -> Indices:
@@ -212,10 +215,10 @@ class FaceTable:
         """The faces one by one."""
         return _faces(self)
 
-    def rows_of(self, chosen: Sequence[int] | Indices) -> tuple[Indices, Indices]:
+    def find_member_rows(self, chosen: Sequence[int] | Indices) -> tuple[Indices, Indices]:
         """Return (place among `chosen`, vertex) (c,) each, of all members of some faces."""
         picked = np.asarray(chosen, dtype=np.intp)
-        rows = chosen_places(self.members.counts, picked)
+        rows = find_entries_of_rows(self.members.counts, picked)
         counts = self.members.counts[picked]
         return np.repeat(np.arange(len(picked)), counts), self.members.vertex[rows]
 
@@ -225,7 +228,7 @@ def flat_faces(scene: Scene) -> tuple[FlatFace, ...]:
     return FaceTable.of(scene).faces
 
 
-def _flattened(spokes: FloatArray, axes: FloatArray) -> FloatArray:
+def _project_to_faces(spokes: FloatArray, axes: FloatArray) -> FloatArray:
     flat: FloatArray = (axes @ spokes[:, :, None])[:, :, 0]
     return flat
 
@@ -233,7 +236,7 @@ def _flattened(spokes: FloatArray, axes: FloatArray) -> FloatArray:
 def _neighbours(lengths: Indices) -> tuple[Indices, Indices]:
     """Return places of the corners before and after each (c,), round their rings."""
     place = np.arange(int(lengths.sum()))
-    starts = row_starts(lengths)
+    starts = find_row_starts(lengths)
     before, after = place - 1, place + 1
     before[starts] = starts + lengths - 1
     after[starts + lengths - 1] = starts
@@ -257,12 +260,12 @@ def _sides(
     corner = np.fromiter(
         chain.from_iterable(ring for _, ring, _ in rings), np.intp, int(lengths.sum())
     )
-    first = np.repeat(row_starts(vertices), [len(scene.faces) for scene in scenes])
+    first = np.repeat(find_row_starts(vertices), [len(scene.faces) for scene in scenes])
     corner += np.repeat(first[owner], lengths)
     _, after = _neighbours(lengths)
-    starts = row_starts(lengths)
+    starts = find_row_starts(lengths)
     spokes = points[corner] - np.repeat(points[corner[starts]], lengths, axis=0)
-    turn = row_sums(cross(spokes, spokes[after]), lengths)
+    turn = sum_rows(cross(spokes, spokes[after]), lengths)
     rise = (turn * planes.normals[owner]).sum(axis=1)
     turned = np.where(hole, -rise, rise) < 0.0
     step = np.arange(len(corner)) - np.repeat(starts, lengths)
@@ -272,14 +275,14 @@ def _sides(
     return Sides(np.repeat(owner, lengths), ends, np.repeat(hole, lengths), lengths)
 
 
-def _outline_places(sides: Sides, count: int) -> tuple[Indices, Bools]:
+def _find_outline_places(sides: Sides, count: int) -> tuple[Indices, Bools]:
     """Return places (f, k) of the outlines' corners, and which are there (f, k)."""
     outer = np.flatnonzero(~sides.in_hole)
     places, there = row_table(np.bincount(sides.face[outer], minlength=count))
     return outer[places], there
 
 
-def _moments(
+def _compute_moments(
     flat: FloatArray, before: Indices, after: Indices, corners: Indices
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return areas A (f,) and moments M (f, 2); at each corner ∂A/∂p (c, 2) and ∂M/∂p (c, 2, 2).
@@ -294,8 +297,8 @@ def _moments(
     slope = (flat + following)[:, :, None] * to_after[:, None]
     slope += (previous + flat)[:, :, None] * to_before[:, None]
     slope += (c + c[before])[:, None, None] * np.eye(2)
-    moments = row_sums(c[:, None] * (flat + following), corners) / 6.0
-    return 0.5 * row_sums(c, corners), moments, 0.5 * (to_after + to_before), slope / 6.0
+    moments = sum_rows(c[:, None] * (flat + following), corners) / 6.0
+    return 0.5 * sum_rows(c, corners), moments, 0.5 * (to_after + to_before), slope / 6.0
 
 
 def _members(sides: Sides, corner: Indices, count: int) -> tuple[Indices, Indices, Indices]:
@@ -321,7 +324,7 @@ def _faces(table: FaceTable) -> tuple[FlatFace, ...]:
     for start, end in zip((ends - sides.lengths).tolist(), ends.tolist(), strict=True):
         rings[sides.face[start]].append(tuple(corner[start:end]))
     vertex = members.vertex.tolist()
-    starts, counts = row_starts(members.counts), members.counts
+    starts, counts = find_row_starts(members.counts), members.counts
     return tuple(
         FlatFace(
             nth,

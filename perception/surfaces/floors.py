@@ -9,19 +9,19 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEVEL_ENOUGH", "above_ground", "floor_heights"]
+__all__ = ["LEVEL_ENOUGH", "find_floor_heights", "measure_above_ground"]
 
 LEVEL_ENOUGH = 0.866
 """Normals within 30° of the vertical point this much up or down: cos 30°."""
 
 
-def above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
+def measure_above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
     """Return how high points (n, 3) are above the ground, along the scene's up; None where it is
     not known, or the views show no ground that is about level.
     """
@@ -37,7 +37,7 @@ def above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
     return heights
 
 
-def floor_heights(
+def find_floor_heights(
     scenes: Sequence[Scene],
     table: FaceTable,
     owners: Indices,
@@ -54,8 +54,8 @@ def floor_heights(
     for nth, scene in enumerate(scenes):
         if scene.up is None:
             continue
-        above = above_ground(scene, table.points)
-        axes = plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
+        above = measure_above_ground(scene, table.points)
+        axes = make_plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
         heights, flat = table.points @ scene.up, table.points @ axes.T
         level = np.flatnonzero(
             (table.scene == nth) & (table.planes.normals @ scene.up > LEVEL_ENOUGH)
@@ -78,12 +78,12 @@ def floor_heights(
                 floors[thing] = heights[lowest] - above[lowest]
                 continue
             beneath = [level[i] for i in np.flatnonzero(floor) if plan.intersects(plans[i])]
-            rises = [_rise_above(table, face, lowest, scene.up) for face in beneath]
+            rises = [_measure_vertex_rise(table, face, lowest, scene.up) for face in beneath]
             floors[thing] = heights[lowest] - min((r for r in rises if r > 0.0), default=-np.inf)
     return floors
 
 
-def _rise_above(table: FaceTable, face: int, vertex: int, up: FloatArray) -> float:
+def _measure_vertex_rise(table: FaceTable, face: int, vertex: int, up: FloatArray) -> float:
     """Return how far a vertex is above a face's plane, along up."""
     normal = table.planes.normals[face]
     above = float(normal @ table.points[vertex] + table.planes.offsets[face])

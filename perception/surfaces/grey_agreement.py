@@ -54,11 +54,11 @@ def grey_agreement(labels: NDArray[np.int32], scene: Scene, view: View) -> GreyA
         tuple(seen.tolist()),
         tuple(share > OWN_SHARE for share in overlap),
         tuple(overlap),
-        _adjusted_rand(count[1:, 1:]),
+        _compute_adjusted_rand(count[1:, 1:]),
     )
 
 
-def _adjusted_rand(count: NDArray[np.int64]) -> float | None:
+def _compute_adjusted_rand(count: NDArray[np.int64]) -> float | None:
     # Pairs of pixels that both partitions hold together, against what chance would have.
     def pairs(n: NDArray[np.int64]) -> float:
         return float((n * (n - 1) / 2).sum())

@@ -12,7 +12,7 @@ from trimesh.exchange import gltf, ply
 from trimesh.viewer import notebook
 
 from facetlog.errors import InputError
-from facetlog.perception.atomic_write import write_whole
+from facetlog.perception.atomic_write import write_atomically
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.polygons import triangulate
 from facetlog.perception.scene import Scene
@@ -21,12 +21,12 @@ from facetlog.perception.types import FloatArray
 
 __all__ = [
     "add_faces",
-    "face_colour",
-    "face_triangles",
-    "graph_bytes",
-    "mesh_bytes",
-    "viewer_html",
-    "viewer_page",
+    "choose_face_colour",
+    "encode_glb",
+    "encode_mesh",
+    "render_viewer",
+    "render_viewer_page",
+    "triangulate_face",
     "write_mesh",
 ]
 
@@ -51,7 +51,7 @@ GLTF_UP = (0.0, 1.0, 0.0)
 SAME_CORNER = 1e-9
 
 
-def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
+def triangulate_face(face: FlatFace, points: FloatArray) -> FloatArray:
     """Return triangles (n, 3, 3) that fill a face, holes left open, counter-clockwise from outside.
 
     Corners are the scene's vertices; only where an outline crosses itself are there others, in
@@ -75,13 +75,13 @@ def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
 
 def add_faces(graph: trimesh.Scene, scene: Scene) -> bool:
     """Add a node (f1, f2, …) for each face that has an area; return whether there are any."""
-    meshes = dict(_face_meshes(scene))
+    meshes = dict(_iter_face_meshes(scene))
     for name, mesh in meshes.items():
         graph.add_geometry(mesh, node_name=name, geom_name=name)
     return bool(meshes)
 
 
-def graph_bytes(graph: trimesh.Scene, up: FloatArray | None) -> bytes:
+def encode_glb(graph: trimesh.Scene, up: FloatArray | None) -> bytes:
     """Return the graph as `.glb`, turned so that `up` (3,), where it is known, is the format's."""
     _turn_up(graph, up)
     return bytes(_export_glb(graph))
@@ -89,10 +89,10 @@ def graph_bytes(graph: trimesh.Scene, up: FloatArray | None) -> bytes:
 
 def _turn_up(graph: trimesh.Scene, up: FloatArray | None) -> None:
     if up is not None:
-        _apply(graph, _turned_up(up))
+        _apply(graph, _make_turn_up(up))
 
 
-def face_colour(index: int) -> NDArray[np.uint8]:
+def choose_face_colour(index: int) -> NDArray[np.uint8]:
     """Return the colour: red, green, blue and opacity (4,) of what has a number: neighbours in
     number differ.
     """
@@ -100,25 +100,25 @@ def face_colour(index: int) -> NDArray[np.uint8]:
     return np.array([*(round(255 * c) for c in rgb), 255], dtype=np.uint8)
 
 
-def _face_meshes(scene: Scene) -> Iterator[tuple[str, trimesh.Trimesh]]:
+def _iter_face_meshes(scene: Scene) -> Iterator[tuple[str, trimesh.Trimesh]]:
     points = scene.points
     for face in flat_faces(scene):
-        triangles = face_triangles(face, points)
+        triangles = triangulate_face(face, points)
         if len(triangles):
             corners, rows = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
             mesh = trimesh.Trimesh(
                 corners,
                 rows.reshape(-1, 3),
-                face_colors=np.tile(face_colour(face.index), (len(triangles), 1)),
+                face_colors=np.tile(choose_face_colour(face.index), (len(triangles), 1)),
                 process=False,
             )
             yield f"f{face.index + 1}", mesh
 
 
-def _turned_up(up: FloatArray) -> FloatArray:
+def _make_turn_up(up: FloatArray) -> FloatArray:
     """Return the least rotation (4, 4) that brings a unit vector to the up of glTF.
 
-    >>> _turned_up(np.array([0.0, 0.0, 1.0])) @ [1.0, 2.0, 3.0, 1.0]
+    >>> _make_turn_up(np.array([0.0, 0.0, 1.0])) @ [1.0, 2.0, 3.0, 1.0]
     array([ 1.,  3., -2.,  1.])
     """
     axis = np.cross(up, GLTF_UP)
@@ -131,7 +131,7 @@ def _turned_up(up: FloatArray) -> FloatArray:
     return matrix
 
 
-def mesh_bytes(scene: Scene, suffix: str) -> bytes:
+def encode_mesh(scene: Scene, suffix: str) -> bytes:
     """Return the scene's faces as `.ply`, `.glb` or `.gltf`, in the scene's coordinates and unit.
 
     In glTF every face is a node (f1, f2, …) of its own, turned so that up, where it is known, is
@@ -150,17 +150,17 @@ def mesh_bytes(scene: Scene, suffix: str) -> bytes:
     raise InputError(f"{suffix or 'no suffix'}: meshes are written as .ply, .glb or .gltf")
 
 
-def viewer_html(scene: Scene) -> str:
+def render_viewer(scene: Scene) -> str:
     """Return a page that shows the scene's faces, to turn by mouse: three.js and all else is
     inside.
     """
     graph = trimesh.Scene()
     if not add_faces(graph, scene):
         raise InputError(f"{scene.name}: has no face with an area, there is no mesh to show")
-    return viewer_page(graph, scene.up, look_at=scene.points)
+    return render_viewer_page(graph, scene.up, look_at=scene.points)
 
 
-def viewer_page(
+def render_viewer_page(
     graph: trimesh.Scene, up: FloatArray | None, *, look_at: FloatArray, script: str = ""
 ) -> str:
     """Return a page that shows any graph in a scene's frame, turned upright; with a script at its
@@ -168,7 +168,7 @@ def viewer_page(
 
     The camera stands so that points (n, 3) are in view.
     """
-    turn = np.eye(4) if up is None else _turned_up(up)
+    turn = np.eye(4) if up is None else _make_turn_up(up)
     seen = look_at @ turn[:3, :3].T
     low, high = seen.min(axis=0), seen.max(axis=0)
     turn[:3, 3] = -(low + high) / 2.0
@@ -182,4 +182,4 @@ def viewer_page(
 
 def write_mesh(scene: Scene, path: Path) -> None:
     """Write the scene's faces as a mesh of the kind that the path's suffix says, whole or not."""
-    write_whole(path, mesh_bytes(scene, path.suffix.lower()))
+    write_atomically(path, encode_mesh(scene, path.suffix.lower()))

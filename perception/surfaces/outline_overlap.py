@@ -12,15 +12,15 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.polygons import find_intersection, make_valid
-from facetlog.perception.ragged import Bools, Indices, padded_sums, row_starts
+from facetlog.perception.ragged import Bools, Indices, find_row_starts, sum_padded_rows
 from facetlog.perception.types import FloatArray
 
 __all__ = [
     "Outlines",
-    "convex_loops",
-    "distances_outside",
+    "find_convex_loops",
     "following",
-    "valid_polygons",
+    "make_valid_polygons",
+    "measure_loop_distances",
 ]
 
 Shapes = NDArray[np.object_]
@@ -46,7 +46,7 @@ def following(sizes: Indices, longest: int) -> Indices:
     return np.where(steps == last, 0, steps + (steps < last))
 
 
-def convex_loops(loops: FloatArray, sizes: Indices) -> Bools:
+def find_convex_loops(loops: FloatArray, sizes: Indices) -> Bools:
     """Return which loops (r, k, 2) turn left at every corner, and once round in all."""
     rows, after = np.arange(len(loops))[:, None], following(sizes, loops.shape[1])
     here = loops[rows, after] - loops
@@ -57,14 +57,14 @@ def convex_loops(loops: FloatArray, sizes: Indices) -> Bools:
     return np.asarray(((twist > 0.0) | beyond).all(axis=1) & (turn < 3.0 * np.pi) & (sizes > 2))
 
 
-def _areas(loops: FloatArray) -> FloatArray:
+def _compute_loop_areas(loops: FloatArray) -> FloatArray:
     """Return signed areas (r,) of loops (r, k, 2), counter-clockwise positive."""
     spokes = loops[:, 1:] - loops[:, :1]
     one, two = spokes[:, :-1], spokes[:, 1:]
-    return 0.5 * padded_sums(one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])
+    return 0.5 * sum_padded_rows(one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])
 
 
-def _extreme(which: np.ufunc, loops: FloatArray) -> FloatArray:
+def _reduce_corners(which: np.ufunc, loops: FloatArray) -> FloatArray:
     """Return lowest or highest coordinates (r, 2) of loops (r, k, 2), corner by corner: numpy
     reduces an axis in the middle slowly.
     """
@@ -74,7 +74,9 @@ def _extreme(which: np.ufunc, loops: FloatArray) -> FloatArray:
     return found
 
 
-def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: Bools) -> Shapes:
+def make_valid_polygons(
+    corners: FloatArray, rings: Indices, faces: Indices, sound: Bools
+) -> Shapes:
     """Return polygons (r,) of corners (c, 2) in rings of some lengths, of these faces (rings,), in
     order.
 
@@ -87,7 +89,7 @@ def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: B
     return np.asarray(polygons, dtype=np.object_)
 
 
-def distances_outside(
+def measure_loop_distances(
     loops: FloatArray, sizes: Indices, where: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return distances (r, q) of points (r, q, 2) from convex loops (r, k, 2): outside, and to the
@@ -140,29 +142,29 @@ class Outlines:
         `rings_of` rows gives the outlines and holes of what is not convex: corners (c, 2) of rings,
         how many each ring has, and whose it is, as a place among these rows.
         """
-        areas = _areas(loops)
+        areas = _compute_loop_areas(loops)
         steps = np.minimum(np.arange(loops.shape[1]), sizes[:, None] - 1)
         steps = np.where(areas[:, None] < 0.0, (sizes[:, None] - steps) % sizes[:, None], steps)
         loops, areas = loops[np.arange(len(loops))[:, None], steps], np.abs(areas)
-        convex = convex & convex_loops(loops, sizes)
+        convex = convex & find_convex_loops(loops, sizes)
         shapes = np.full(len(loops), None, dtype=np.object_)
         others = np.flatnonzero(~convex)
         if len(others):
             corners, lengths, owner = rings_of(others)
             doubtful = np.zeros(len(others), np.bool_)
-            shapes[others] = valid_polygons(corners, lengths, owner, doubtful)
+            shapes[others] = make_valid_polygons(corners, lengths, owner, doubtful)
             areas[others] = shapely.area(shapes[others])
         return cls(loops, sizes, areas, convex, shapes)
 
     @property
     def low(self) -> FloatArray:
         """Lowest coordinates (r, 2)."""
-        return _extreme(np.minimum, self.loops)
+        return _reduce_corners(np.minimum, self.loops)
 
     @property
     def high(self) -> FloatArray:
         """Highest coordinates (r, 2)."""
-        return _extreme(np.maximum, self.loops)
+        return _reduce_corners(np.maximum, self.loops)
 
     def take(self, rows: Indices | Bools) -> "Outlines":
         """Return the chosen rows."""
@@ -192,15 +194,15 @@ class Outlines:
         loops, known = np.zeros((len(there), widest, 2)), np.zeros((len(there), widest), np.bool_)
         loops[:, : there.shape[1]], known[:, : there.shape[1]] = self.loops, there
         known[others] = np.arange(widest) < counts[:, None]
-        loops[others[row], np.arange(len(row)) - np.repeat(row_starts(counts), counts)] = found
+        loops[others[row], np.arange(len(row)) - np.repeat(find_row_starts(counts), counts)] = found
         return loops, known
 
-    def corners_up_to(self, longest: int) -> FloatArray:
+    def get_padded_corners(self, longest: int) -> FloatArray:
         """Return corners (r, longest, 2): what is beyond the last corner repeats it."""
         steps = np.minimum(np.arange(longest), self.loops.shape[1] - 1)
         return self.loops[:, steps]
 
-    def shared_areas(self, others: "Outlines") -> FloatArray:
+    def compute_shared_areas(self, others: "Outlines") -> FloatArray:
         """Return areas (r,) that these share with the others (r,), one with one."""
         shared = np.zeros(len(self.areas))
         meet = ((self.low < others.high) & (others.low < self.high)).all(axis=1)
@@ -214,7 +216,7 @@ class Outlines:
             step = max(1, MOST_NUMBERS // max(4 * self.loops.shape[1] * others.loops.shape[1], 1))
             for start in range(0, len(rows), step):
                 some = rows[start : start + step]
-                shared[some] = _convex_shared(self.take(some), others.take(some))
+                shared[some] = _compute_convex_overlaps(self.take(some), others.take(some))
         rows = np.flatnonzero(meet & ~simple)
         if len(rows):
             one, two = self.take(rows).polygons(), others.take(rows).polygons()
@@ -249,25 +251,25 @@ class Outlines:
         return within
 
 
-def _convex_shared(one: Outlines, two: Outlines) -> FloatArray:
+def _compute_convex_overlaps(one: Outlines, two: Outlines) -> FloatArray:
     """Return areas (p,) that convex outlines (p,) share, side by side.
 
     The one that has fewer corners clips the other. Sutherland and Hodgman (1974).
     """
     clips = (one.sizes < two.sizes)[:, None]
     longest = max(int(one.sizes.max()), int(two.sizes.max()))
-    first, second = one.corners_up_to(longest), two.corners_up_to(longest)
+    first, second = one.get_padded_corners(longest), two.get_padded_corners(longest)
     sizes = np.where(clips[:, 0], two.sizes, one.sizes)
     loops = np.where(clips[..., None], second, first)[:, : sizes.max()]
     other_sizes = np.where(clips[:, 0], one.sizes, two.sizes)
     others = np.where(clips[..., None], first, second)[:, : other_sizes.max()]
     after = others[np.arange(len(others))[:, None], following(other_sizes, others.shape[1])]
     for k in range(others.shape[1]):
-        loops, sizes = _clipped(loops, sizes, others[:, k], after[:, k])
-    return np.maximum(_areas(loops), 0.0)
+        loops, sizes = _clip_loops(loops, sizes, others[:, k], after[:, k])
+    return np.maximum(_compute_loop_areas(loops), 0.0)
 
 
-def _clipped(
+def _clip_loops(
     loops: FloatArray, sizes: Indices, start: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, Indices]:
     """Return the parts of convex loops (p, k, 2) left of lines from `start` (p, 2) to `end` (p,

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from facetlog.perception.batch_linalg import dots, quadratic_forms
+from facetlog.perception.batch_linalg import compute_quadratic_forms, dots
 from facetlog.perception.ragged import Indices, stacked
 from facetlog.perception.scene import Scene
 from facetlog.perception.types import FloatArray
@@ -55,8 +55,8 @@ class PlaneTable:
         """
         normals, levers = self.normals[faces], np.ones((len(places), 4))
         levers[:, :3] = points[places]
-        variance = quadratic_forms(levers, self.covs, faces)
-        variance += quadratic_forms(normals, covs, places)
+        variance = compute_quadratic_forms(levers, self.covs, faces)
+        variance += compute_quadratic_forms(normals, covs, places)
         away = dots(levers[:, :3], normals) + self.offsets[faces]
         return away, np.sqrt(np.maximum(variance, 0.0))
 

@@ -9,21 +9,27 @@ import numpy as np
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import line_front_end
 from facetlog.perception.detection.line_front_end.planes.level_direction import held_up
-from facetlog.perception.detection.picture_faults import same_pictures, usable_views
+from facetlog.perception.detection.picture_faults import find_same_pictures, select_usable_views
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.lens_correction import (
-    combined,
+    combine_lens_errors,
     corrected,
-    lens_warnings,
+    explain_lens_errors,
 )
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import Assembled, Stated, assemble
-from facetlog.perception.surfaces.seeing.sights import with_sights
+from facetlog.perception.surfaces.seeing.sights import add_sights
 from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
 
-__all__ = ["SceneOfFaces", "looking_apart", "one_direction", "reconstruct", "scene_of_faces"]
+__all__ = [
+    "SceneOfFaces",
+    "make_scene_of_faces",
+    "reconstruct",
+    "warn_of_one_direction",
+    "warn_of_outward_views",
+]
 
 AS_STATED = LensError(1.0, 0.0, 0.0, 0.0)
 LENS_PASSES = 3
@@ -80,8 +86,8 @@ def reconstruct(
     stated = Stated(name, up, metric, sd_limit, errors)
     method = _Method(stated, find_up, front_end, progress, clock or StepClock())
     with method.clock.step("pictures"):
-        usable, left_out = usable_views(views)
-        of_pictures = (*left_out, *same_pictures(usable))
+        usable, left_out = select_usable_views(views)
+        of_pictures = (*left_out, *find_same_pictures(usable))
     if errors is not None:
         kept = {id(view) for view in usable}
         errors = errors.of([k for k, view in enumerate(views) if id(view) in kept])
@@ -90,10 +96,10 @@ def reconstruct(
         found = _seen(usable, method)
         scene = found.assembled.scene
         if scene.lenses:
-            found, scene = _seen_anew(found, usable, method)
+            found, scene = _reconstruct_with_lenses(found, usable, method)
     except InconsistentViewsError as exc:
         # What is wrong with pictures or places may be why they contradict one another.
-        causes = (*of_pictures, *one_direction(usable), *looking_apart(usable))
+        causes = (*of_pictures, *warn_of_one_direction(usable), *warn_of_outward_views(usable))
         raise InconsistentViewsError("; ".join((*causes, str(exc)))) from exc
     scene = found.complete(scene, method.clock)
     if metric and errors is not None:
@@ -121,7 +127,7 @@ class SceneOfFaces:
         """
         tracked = self.tracked
         with clock.step("sights"):
-            return with_sights(scene, self.views, tracked.weight, tracked.ground, tracked.landmarks)
+            return add_sights(scene, self.views, tracked.weight, tracked.ground, tracked.landmarks)
 
     def complete(self, scene: Scene, clock: StepClock) -> Scene:
         """Return the scene as `seen`, observations in pixels of the pictures as stored, and what is
@@ -129,14 +135,18 @@ class SceneOfFaces:
         """
         scene = self.seen(scene, clock)
         corners = sorted({k for face in scene.faces for k in face.outline})
-        said = one_direction(self.views, scene.points[corners])
+        said = warn_of_one_direction(self.views, scene.points[corners])
         if not scene.faces:
-            said = (*said, *looking_apart(self.views), NO_FACE.format(count=len(self.views)))
-        vertices = tuple(_in_stored_pixels(vertex, self.views) for vertex in scene.vertices)
+            said = (
+                *said,
+                *warn_of_outward_views(self.views),
+                NO_FACE.format(count=len(self.views)),
+            )
+        vertices = tuple(_to_stored_pixels(vertex, self.views) for vertex in scene.vertices)
         return replace(scene, vertices=vertices, warnings=(*scene.warnings, *said))
 
 
-def scene_of_faces(
+def make_scene_of_faces(
     tracked: TrackedFaces, views: Sequence[View], stated: Stated, clock: StepClock
 ) -> SceneOfFaces:
     """Return what `assemble` makes of the tracked faces of the views that agree.
@@ -153,7 +163,7 @@ def scene_of_faces(
     return SceneOfFaces(found, tracked, chosen, placed)
 
 
-def _in_stored_pixels(vertex: Vertex, views: Sequence[View]) -> Vertex:
+def _to_stored_pixels(vertex: Vertex, views: Sequence[View]) -> Vertex:
     seen = tuple(o.resized(views[o.view].enlargement) for o in vertex.observations)
     return replace(vertex, observations=seen)
 
@@ -174,13 +184,13 @@ def _seen(views: Sequence[View], method: _Method) -> SceneOfFaces:
     if method.front_end == "lines":
         tracked = line_front_end(views, up, clock, method.progress)
     else:
-        tracked = _paper_front_end(views, method)
+        tracked = _run_paper_front_end(views, method)
     if up is None and method.find_up and tracked.ground is not None:
         up = tracked.ground[0] if held_up(views, tracked.ground[0]) else None
-    return scene_of_faces(tracked, views, replace(stated, up=up), clock)
+    return make_scene_of_faces(tracked, views, replace(stated, up=up), clock)
 
 
-def _seen_anew(
+def _reconstruct_with_lenses(
     seen: SceneOfFaces, views: Sequence[View], method: _Method
 ) -> tuple[SceneOfFaces, Scene]:
     """Return the scene of views corrected by what their lenses were found to be off by.
@@ -191,29 +201,29 @@ def _seen_anew(
     method = replace(method, stated=replace(method.stated, lens_is_off=True))
     known: dict[Camera, LensError] = {}
     for _ in range(LENS_PASSES):
-        known |= _totals(known, seen, views)
+        known |= _add_lens_errors(known, seen, views)
         better = [corrected(v, known.get(v.camera, AS_STATED)) for v in views]
         seen = _seen(better, method)
         if all(abs(lens.focal - 1.0) < NEAR_FOCAL for lens in seen.assembled.scene.lenses):
             break
-    found = known | _totals(known, seen, views)
+    found = known | _add_lens_errors(known, seen, views)
     used = [views[k] for k in seen.used]
-    said = lens_warnings(used, [found.get(view.camera, AS_STATED) for view in used])
+    said = explain_lens_errors(used, [found.get(view.camera, AS_STATED) for view in used])
     lenses = tuple(known.get(view.camera, AS_STATED) for view in used)
     scene = seen.assembled.scene
     return seen, replace(scene, lenses=lenses, warnings=(*said, *scene.warnings))
 
 
-def _totals(
+def _add_lens_errors(
     known: Mapping[Camera, LensError], seen: SceneOfFaces, views: Sequence[View]
 ) -> dict[Camera, LensError]:
     # What the lenses of a scene's cameras are off by, known before and found beyond that.
     lenses = seen.assembled.scene.lenses
     beyond = {views[k].camera: e for k, e in zip(seen.used, lenses, strict=False)}
-    return {c: combined(known[c], e) if c in known else e for c, e in beyond.items()}
+    return {c: combine_lens_errors(known[c], e) if c in known else e for c, e in beyond.items()}
 
 
-def _paper_front_end(views: Sequence[View], method: _Method) -> TrackedFaces:
+def _run_paper_front_end(views: Sequence[View], method: _Method) -> TrackedFaces:
     # Not at the top: it needs parts of scipy that take longer to load than a small set to be seen.
     from facetlog.perception.detection.block_front_end.faces_of_block import block_front_end
 
@@ -239,13 +249,17 @@ def _paper_front_end(views: Sequence[View], method: _Method) -> TrackedFaces:
     )
 
 
-def one_direction(views: Sequence[View], corners: FloatArray | None = None) -> tuple[str, ...]:
+def warn_of_one_direction(
+    views: Sequence[View], corners: FloatArray | None = None
+) -> tuple[str, ...]:
     """Return a warning where all views see most corners of faces (n, 3) from one direction.
 
     Without a corner the point that the views look at stands for them.
     """
     points = view_graph(views).focus[None] if corners is None or not len(corners) else corners
-    angle = float(np.median(_widest(points, np.array([v.pose.centre for v in views]))))
+    angle = float(
+        np.median(_compute_widest_angles(points, np.array([v.pose.centre for v in views])))
+    )
     if not angle < LEAST_ANGLE:
         return ()
     return (
@@ -254,7 +268,7 @@ def one_direction(views: Sequence[View], corners: FloatArray | None = None) -> t
     )
 
 
-def looking_apart(views: Sequence[View]) -> tuple[str, ...]:
+def warn_of_outward_views(views: Sequence[View]) -> tuple[str, ...]:
     """Return a line where most cameras have the point behind them that their axes pass nearest to.
 
     Such cameras may see a room; no thing that stands between them.
@@ -269,7 +283,7 @@ def looking_apart(views: Sequence[View]) -> tuple[str, ...]:
     )
 
 
-def _widest(points: FloatArray, centres: FloatArray) -> FloatArray:
+def _compute_widest_angles(points: FloatArray, centres: FloatArray) -> FloatArray:
     # The angle (n,) between the rays to each point (n, 3) that are farthest apart: from the first
     # ray to the one farthest from it, and from there again. At least half of the widest, and all
     # of it for cameras on a line or an arc.

@@ -13,14 +13,17 @@ import numpy as np
 from pydantic import ValidationError
 
 from facetlog.errors import InputError
-from facetlog.perception.atomic_write import write_whole
+from facetlog.perception.atomic_write import write_atomically
 from facetlog.perception.scene import Scene, SeenLattice, SightLines
 from facetlog.perception.surfaces.scene_json.records import FORMAT, SceneRecord
-from facetlog.perception.surfaces.scene_json.scene_checks import number_faults, scene_faults
+from facetlog.perception.surfaces.scene_json.scene_checks import (
+    find_scene_faults,
+    iter_number_faults,
+)
 from facetlog.perception.surfaces.scene_json.scene_fault import (
     SceneFault,
     SceneFileError,
-    json_path,
+    format_json_path,
     missing,
     repeated,
 )
@@ -30,16 +33,16 @@ from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 __all__ = [
     "SceneFault",
     "SceneFileError",
+    "decode_scene",
+    "encode_scene",
     "read_scene",
-    "scene_from_json",
-    "scene_to_json",
     "write_scene",
 ]
 
 
 def write_scene(scene: Scene, path: Path) -> None:
     """Write the scene as `facetlog-scene/1`, whole or not at all."""
-    write_whole(path, scene_to_json(scene).encode())
+    write_atomically(path, encode_scene(scene).encode())
 
 
 def read_scene(path: Path) -> Scene:
@@ -50,10 +53,10 @@ def read_scene(path: Path) -> Scene:
         content = read_regular(path, MOST_SCENE_BYTES)
     except OSError as exc:
         raise InputError(f"{path}: cannot be read: {exc.strerror}") from exc
-    return scene_from_json(content, str(path))
+    return decode_scene(content, str(path))
 
 
-def scene_to_json(scene: Scene) -> str:
+def encode_scene(scene: Scene) -> str:
     """Return the scene as one JSON object; ValueError where a number is not finite."""
     posed = zip(scene.cameras, scene.poses, strict=False)
     content = {
@@ -108,7 +111,7 @@ def _to_json(value: object) -> object:
     return {field.name: getattr(value, field.name) for field in fields(value)}  # type: ignore[arg-type]
 
 
-def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
+def decode_scene(text: str | bytes, source: str = "scene") -> Scene:
     """Return the scene of a JSON text; `source` is what messages call it.
 
     Raises SceneFileError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
@@ -119,7 +122,7 @@ def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
     except ValueError as exc:  # most often an index that names nothing
         faults = tuple(missing(record)) or (SceneFault("$", str(exc)),)
         raise SceneFileError(source, faults) from exc
-    checks = (repeated(record), number_faults(scene), scene_faults(scene))
+    checks = (repeated(record), iter_number_faults(scene), find_scene_faults(scene))
     if faults := next(filter(None, map(tuple, checks)), ()):
         raise SceneFileError(source, faults)
     return scene
@@ -131,7 +134,7 @@ def _record(text: str | bytes, source: str) -> SceneRecord:
         return SceneRecord.model_validate_json(text)
     except ValidationError as exc:
         faults = tuple(
-            SceneFault(json_path(fault["loc"]), _said(fault["type"], fault["msg"]))
+            SceneFault(format_json_path(fault["loc"]), _said(fault["type"], fault["msg"]))
             for fault in exc.errors(include_url=False)
         )
         raise SceneFileError(source, faults) from exc

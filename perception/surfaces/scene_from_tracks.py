@@ -13,16 +13,16 @@ from facetlog.perception.detection.tracked_faces import Completion, FacePlane, T
 from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
     AdjustedPoints,
     adjusted_points,
-    points_at,
+    estimate_points_at,
 )
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
-from facetlog.perception.estimation.plane_filter import fit_plane, with_common_errors
+from facetlog.perception.estimation.plane_filter import fit_plane, propagate_common_errors
 from facetlog.perception.estimation.point_filter import estimate_point
-from facetlog.perception.flat_faces import plane_axes, vector_area
+from facetlog.perception.flat_faces import compute_vector_area, make_plane_axes
 from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
 from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
-__all__ = ["Assembled", "Stated", "assemble", "without_unused"]
+__all__ = ["Assembled", "Stated", "assemble", "drop_unused"]
 
 # A vertex needs this many views in which its sides fix it, and lies on its faces' planes within so
 # many standard deviations; else its outline's place stands in.
@@ -67,7 +67,7 @@ def assemble(tracked: TrackedFaces, views: Sequence[View], stated: Stated) -> As
     stated limit of their standard deviation are counted in a warning.
     """
     tracks = list(tracked.tracks)
-    seen = _as_arrays(tracks, tracked.weight)
+    seen = _make_track_arrays(tracks, tracked.weight)
     # The ends of loose edges are hardly known along them: their residuals say nothing of the poses.
     corners = np.unique([k for face in tracked.faces for k in face.corners]).astype(np.intp)
     if not len(corners):
@@ -76,8 +76,8 @@ def assemble(tracked: TrackedFaces, views: Sequence[View], stated: Stated) -> As
 
     few = placed.used.sum(axis=1) < MIN_FIXED
     corner = {int(k): n for n, k in enumerate(corners)}
-    moved_px = _moved_px(placed, views)
-    planes = [_known_worse(face.plane, moved_px) for face in tracked.faces]
+    moved_px = _measure_moved_px(placed, views)
+    planes = [_widen_plane_cov(face.plane, moved_px) for face in tracked.faces]
     # A corner that lies on one of its faces is right, however far off the other ones are: a thin
     # face beside a broad one says little.
     of_planes, on = np.zeros((2, len(corners)), dtype=np.bool_)
@@ -90,10 +90,10 @@ def assemble(tracked: TrackedFaces, views: Sequence[View], stated: Stated) -> As
     refused = [k for k in corners[few].tolist() if k < len(tracked.stand_ins)]
     for k in refused:
         tracks[k] = tracked.stand_ins[k]
-    seen = _as_arrays(tracks, tracked.weight)
-    found = points_at(seen, placed)
+    seen = _make_track_arrays(tracks, tracked.weight)
+    found = estimate_points_at(seen, placed)
     left_open = [
-        None if known is None else _onto(known, face.corners, found)
+        None if known is None else _pull_onto_plane(known, face.corners, found)
         for face, known in zip(tracked.faces, planes, strict=True)
     ]
     for c in tracked.completions:
@@ -139,13 +139,13 @@ def assemble(tracked: TrackedFaces, views: Sequence[View], stated: Stated) -> As
         plane = fit.plane
         if off_plane is not None:
             of_outline = off_plane[: len(loop), : len(loop)]
-            plane = with_common_errors(plane, ring, of_outline)
+            plane = propagate_common_errors(plane, ring, of_outline)
         # Newell's normal: the loop runs counter-clockwise about the outward side.
-        if vector_area(ring) @ plane.normal < 0:
+        if compute_vector_area(ring) @ plane.normal < 0:
             plane = plane.flipped()
         evidence = Evidence.IMPLIED if face.implied else Evidence.MEASURED
         inner = [tuple(number[k] for k in h) for h in face.holes if all(k in number for k in h)]
-        holes = _sound_holes(loop, inner, plane.normal, vertices)
+        holes = _choose_sound_holes(loop, inner, plane.normal, vertices)
         faces.append(Face(loop, plane, holes, face.support, evidence=evidence))
         rings = (loop, *holes)
         for a, b in chain.from_iterable(zip(r, r[1:] + r[:1], strict=True) for r in rings):
@@ -174,10 +174,10 @@ def assemble(tracked: TrackedFaces, views: Sequence[View], stated: Stated) -> As
         cameras=tuple(v.camera for v in found.views),
         lenses=() if found.adjusted is None else found.adjusted.lens_errors,
     )
-    return Assembled(without_unused(scene, scene.edges), found.extra_px, found.factor)
+    return Assembled(drop_unused(scene, scene.edges), found.extra_px, found.factor)
 
 
-def without_unused(scene: Scene, edges: Sequence[Edge]) -> Scene:
+def drop_unused(scene: Scene, edges: Sequence[Edge]) -> Scene:
     """Return the scene with these of its edges, and without vertices that nothing has any more."""
     rings = [ring for face in scene.faces for ring in (face.outline, *face.holes)]
     used = sorted(
@@ -199,7 +199,7 @@ def without_unused(scene: Scene, edges: Sequence[Edge]) -> Scene:
     )
 
 
-def _sound_holes(
+def _choose_sound_holes(
     outline: tuple[int, ...],
     holes: Sequence[tuple[int, ...]],
     normal: FloatArray,
@@ -208,7 +208,7 @@ def _sound_holes(
     # The holes that lie within the outline, apart from one another, now that their corners are
     # estimated one by one.
     corners = np.array([vertices[k].point for k in outline])
-    axes = plane_axes(normal, corners[1] - corners[0])
+    axes = make_plane_axes(normal, corners[1] - corners[0])
     kept: list[tuple[int, ...]] = []
     flat: list[FloatArray] = []
     for hole in holes:
@@ -220,7 +220,7 @@ def _sound_holes(
     return tuple(kept)
 
 
-def _moved_px(placed: AdjustedPoints, views: Sequence[View]) -> float:
+def _measure_moved_px(placed: AdjustedPoints, views: Sequence[View]) -> float:
     # By how much the adjustment of the poses moved what the views show of the corners, rms.
     before, after = (
         project_to_views(np.array([v.projection for v in these]), placed.points)
@@ -231,7 +231,7 @@ def _moved_px(placed: AdjustedPoints, views: Sequence[View]) -> float:
     return float(np.sqrt(moved.mean())) if moved.size else 0.0
 
 
-def _known_worse(plane: FacePlane | None, moved_px: float) -> FacePlane | None:
+def _widen_plane_cov(plane: FacePlane | None, moved_px: float) -> FacePlane | None:
     # The front end found the plane at the views' poses before, by lines that it took to be known to
     # a pixel.
     if plane is None:
@@ -247,21 +247,21 @@ def _off(plane: FacePlane, points: FloatArray, covs: FloatArray) -> NDArray[np.b
     return apart
 
 
-def _onto(plane: FacePlane, of_face: Sequence[int], found: AdjustedPoints) -> FloatArray:
+def _pull_onto_plane(plane: FacePlane, of_face: Sequence[int], found: AdjustedPoints) -> FloatArray:
     # Kalman's update of a face's corners by its plane, which all of them have in common: they come
     # to lie on one that is shifted and tilted as far as they and it are known. Returns the
     # covariance (k, k) of how far that plane may still be off at the corners that have a point.
     ok = found.ok[list(of_face)]
     corners, cov = np.array(of_face)[ok], plane.cov[np.ix_(ok, ok)]
     apart = plane.height - found.points[corners] @ plane.normal
-    _, weight = _pulled(found.shape_covs, corners, plane.normal, cov)
-    gain, _ = _pulled(found.covs, corners, plane.normal, cov)
+    _, weight = _update_corner_covs(found.shape_covs, corners, plane.normal, cov)
+    gain, _ = _update_corner_covs(found.covs, corners, plane.normal, cov)
     found.points[corners] += np.einsum("kxj,j->kx", gain, apart)
     left: FloatArray = cov - cov @ weight @ cov
     return left
 
 
-def _pulled(
+def _update_corner_covs(
     covs: FloatArray, corners: NDArray[np.intp], normal: FloatArray, plane_cov: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     # Updates the corners' covariances (3, 3) in place. Returns the gain (k, 3, k) and the inverse
@@ -302,7 +302,7 @@ def _stop_at(sd_limit: float, uv: FloatArray, cov: FloatArray, found: AdjustedPo
     return reached
 
 
-def _as_arrays(tracks: Sequence[Track], weight: Sequence[float]) -> Tracks:
+def _make_track_arrays(tracks: Sequence[Track], weight: Sequence[float]) -> Tracks:
     shape = (len(tracks), len(weight))
     uv, cov = np.zeros((*shape, 2)), np.tile(np.eye(2), (*shape, 1, 1))
     seen = np.zeros(shape, np.bool_)

@@ -14,13 +14,19 @@ from itertools import pairwise
 import numpy as np
 
 from facetlog.perception.batch_linalg import dots
-from facetlog.perception.ragged import Bools, Indices, pairs_in_rows, row_starts, row_table
+from facetlog.perception.ragged import (
+    Bools,
+    Indices,
+    find_pairs_in_rows,
+    find_row_starts,
+    row_table,
+)
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts, touches
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Cores", "Parts", "Stance", "stances"]
+__all__ = ["Cores", "Parts", "Stance", "find_stances"]
 
 NONE = np.zeros(0, dtype=np.intp)
 # Contacts this close to the rim, as a share of the face's shorter extent, are at the rim: legs,
@@ -60,19 +66,19 @@ class Parts:
         order = np.argsort(self.vertex, kind="stable")
         return order, self.vertex[order]
 
-    def holders(self, vertices: Indices) -> tuple[Indices, Indices]:
+    def find_holders(self, vertices: Indices) -> tuple[Indices, Indices]:
         """Return (place among `vertices`, part) (m,) each, for all parts that have one of these
         (v,).
         """
         order, ordered = self._ordered
         first = np.searchsorted(ordered, vertices, "left")
         counts = np.searchsorted(ordered, vertices, "right") - first
-        steps = np.arange(int(counts.sum())) - np.repeat(row_starts(counts), counts)
+        steps = np.arange(int(counts.sum())) - np.repeat(find_row_starts(counts), counts)
         return np.repeat(np.arange(len(vertices)), counts), self.part[
             order[np.repeat(first, counts) + steps]
         ]
 
-    def on_loose_edges(self) -> tuple[Indices, Indices]:
+    def find_on_loose_edges(self) -> tuple[Indices, Indices]:
         """Return (vertex, part) (m,) each, wherever a vertex lies on a loose edge that ends
         elsewhere.
         """
@@ -81,7 +87,7 @@ class Parts:
             return NONE, NONE
         scenes = len(self.table.face_counts)
         loose_scene = tolerance.scene[self.loose[:, 0]]
-        row, edge = pairs_in_rows(
+        row, edge = find_pairs_in_rows(
             np.bincount(tolerance.scene[self.used], minlength=scenes),
             np.bincount(loose_scene, minlength=scenes),
         )
@@ -98,16 +104,16 @@ class Parts:
         return vertex[on], len(self.table) + edge[on]
 
 
-def _loose_pairs(parts: Parts) -> Iterator[tuple[int, int]]:
+def _iter_loose_pairs(parts: Parts) -> Iterator[tuple[int, int]]:
     """Return pairs of loose edges that share an end, or of which one ends on the other."""
     count = len(parts.table)
     if not len(parts.loose):
         return
-    row, part = parts.holders(parts.used)
+    row, part = parts.find_holders(parts.used)
     for held in np.split(part, np.cumsum(np.bincount(row))[:-1]):
         yield from pairwise(held[held >= count].tolist())
-    vertex, edge = parts.on_loose_edges()
-    row, part = parts.holders(vertex)
+    vertex, edge = parts.find_on_loose_edges()
+    row, part = parts.find_holders(vertex)
     keep = part >= count
     yield from zip(edge[row[keep]].tolist(), part[keep].tolist(), strict=True)
 
@@ -126,7 +132,7 @@ class Cores:
         bent = contacts.take(contacts.against)
         flush = bent.faces[~bent.concave & ~bent.back_to_back].tolist()
         groups = np.array(
-            components(len(parts.counts), [*_loose_pairs(parts), *flush]), dtype=np.intp
+            components(len(parts.counts), [*_iter_loose_pairs(parts), *flush]), dtype=np.intp
         )
         bodies = np.zeros(int(groups.max()) + 1, dtype=np.bool_)
         bodies[groups[bent.faces[bent.convex, 0]]] = True
@@ -168,10 +174,10 @@ def _meetings(cores: Cores, near: tuple[Indices, Indices]) -> tuple[_Meetings, .
             faces = contacts.faces
             add(faces[:, other], faces[:, own], vertex, ~in_hole[:, own], by_side)
 
-    on_edge = parts.on_loose_edges()
+    on_edge = parts.find_on_loose_edges()
     vertex = np.concatenate((parts.vertex, on_edge[0]))
     part = np.concatenate((parts.part, on_edge[1]))
-    row, face = parts.holders(vertex)
+    row, face = parts.find_holders(vertex)
     keep = face < count
     row, face = row[keep], face[keep]
     vertex = vertex[row]
@@ -180,14 +186,14 @@ def _meetings(cores: Cores, near: tuple[Indices, Indices]) -> tuple[_Meetings, .
 
     # A vertex may lie within a face: it matters where some part that has it is of another core.
     vertex, face = near
-    row, part = parts.holders(vertex)
+    row, part = parts.find_holders(vertex)
     inside, apart = np.zeros((2, len(vertex)), dtype=np.bool_)
     inside[row[part == face[row]]] = True
     apart[row[cores.of[part] != cores.of[face[row]]]] = True
     vertex, face = vertex[apart & ~inside], face[apart & ~inside]
     touching = touches(table, vertex, face)
     width = np.ptp(table.flat, axis=1).min(axis=1)[touching.face]
-    row, part = parts.holders(touching.vertex)
+    row, part = parts.find_holders(touching.vertex)
     rim = (touching.depth <= RIM_SHARE * width)[row]
     no_side = np.zeros(len(row), dtype=np.bool_)
     add(part, touching.face[row], touching.vertex[row], rim, no_side)
@@ -223,7 +229,7 @@ class _Heights:
         parts = cores.parts
         table, tolerance, used = parts.table, parts.table.tolerance, parts.used
         faces = table.face_counts
-        first = row_starts(faces)
+        first = find_row_starts(faces)
         several = np.zeros(len(faces), dtype=np.bool_)
         of_face = cores.of[: len(table)]
         several[table.scene[of_face != of_face[first[table.scene]]]] = True
@@ -234,7 +240,7 @@ class _Heights:
         used, scene = used[several[scene]], scene[several[scene]]
         counts = faces[scene]
         begin = np.zeros(len(table.points), dtype=np.intp)
-        begin[used] = row_starts(counts) - first[scene]
+        begin[used] = find_row_starts(counts) - first[scene]
         row = np.repeat(np.arange(len(used)), counts)
         vertex = used[row]
         face = np.arange(len(row)) - begin[vertex]
@@ -247,7 +253,7 @@ class _Heights:
         return self.vertex[near], self.face[near]
 
 
-def stances(cores: Cores) -> dict[tuple[int, int], Stance]:
+def find_stances(cores: Cores) -> dict[tuple[int, int], Stance]:
     """Return the stance of each core at each face of another core that it meets."""
     found: dict[tuple[int, int], Stance] = defaultdict(Stance)
     if len(cores.bodies) == 1:

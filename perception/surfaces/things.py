@@ -22,14 +22,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.attached_edges import hangs_behind, rise_from_rim, stands_behind
+from facetlog.perception.attached_edges import (
+    find_risen_segments,
+    find_segments_behind,
+    is_hung_behind,
+)
 from facetlog.perception.batch_linalg import dots
-from facetlog.perception.ragged import Indices, row_starts
+from facetlog.perception.ragged import Indices, find_row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.surfaces.thing_parts import Cores, Parts, Stance, stances
+from facetlog.perception.surfaces.thing_parts import Cores, Parts, Stance, find_stances
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Thing", "find_things"]
@@ -58,7 +62,7 @@ class Thing:
     scene: int = 0
 
 
-def _reaches_on(outline: FloatArray, span: FloatArray) -> bool:
+def _extends_beyond_contact(outline: FloatArray, span: FloatArray) -> bool:
     """Return whether a face of some outline (k, 3) is much longer than the contact, whose farthest
     points `span` (3,) joins.
     """
@@ -69,7 +73,7 @@ def _reaches_on(outline: FloatArray, span: FloatArray) -> bool:
     return extent > SUPPORT_REACH * length
 
 
-def _farthest(points: FloatArray) -> FloatArray:
+def _find_longest_difference(points: FloatArray) -> FloatArray:
     """Return the longest of the differences between points (n, 3), n small."""
     differences = points[:, None] - points[None]
     squares = np.einsum("ijk,ijk->ij", differences, differences)
@@ -77,7 +81,7 @@ def _farthest(points: FloatArray) -> FloatArray:
     return longest
 
 
-def _beside_faces(cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
+def _iter_attached_edge_pairs(cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
     """Return pairs of cores: loose edges that stand behind a face within its outline, near enough,
     or rise from its rim. `ups` (s, 3) are the scenes', zero where up is not known.
     """
@@ -89,15 +93,15 @@ def _beside_faces(cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
         own = scene == table.scene[face]
         outline = table.points[table.outlines[face, table.there[face]]]
         edges, normal = table.points[parts.loose[own]], table.planes.normals[face]
-        joined = stands_behind(edges, outline, normal)
-        joined |= rise_from_rim(edges, outline, normal, ups[table.scene[face]])
+        joined = find_segments_behind(edges, outline, normal)
+        joined |= find_risen_segments(edges, outline, normal, ups[table.scene[face]])
         other = int(cores.of[face])
         for core in cores.of[len(table) :][own][joined].tolist():
             if core != other:
                 yield min(core, other), max(core, other)
 
 
-def _under_tops(cores: Cores, pictured: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+def _iter_pairs_under_tops(cores: Cores, pictured: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """Return pairs of cores: an upward face, and an upright one that stands beneath it within its
     outline and begins as near behind it as boards are thick. What has a top of its own is another
     thing.
@@ -114,11 +118,11 @@ def _under_tops(cores: Cores, pictured: NDArray[np.bool_]) -> Iterator[tuple[int
         outline = table.points[table.outlines[top, table.there[top]]]
         for side in np.flatnonzero(uprights & (table.scene == table.scene[top])).tolist():
             own = sides[table.sides.face == side]
-            if hangs_behind(own, outline, table.planes.normals[top]):
+            if is_hung_behind(own, outline, table.planes.normals[top]):
                 yield min(int(of[top]), int(of[side])), max(int(of[top]), int(of[side]))
 
 
-def _stands_apart(cores: Cores, core: int, face: int, how: Stance) -> bool:
+def _is_apart_from_face(cores: Cores, core: int, face: int, how: Stance) -> bool:
     """Return whether a core in front of a face only stands there: see the module's rules."""
     table, rise = cores.parts.table, float(cores.parts.rise[face])
     if not how.in_front or rise < -LEVEL_ENOUGH:
@@ -131,7 +135,9 @@ def _stands_apart(cores: Cores, core: int, face: int, how: Stance) -> bool:
     elif how.by_side and not cores.bodies[core]:
         return False
     outline = table.points[table.outlines[face, table.there[face]]]
-    return _reaches_on(outline, _farthest(table.points[sorted(how.vertices)]))
+    return _extends_beyond_contact(
+        outline, _find_longest_difference(table.points[sorted(how.vertices)])
+    )
 
 
 def _is_turned(cores: Cores, core: int, face: int) -> bool:
@@ -161,7 +167,7 @@ def find_things(
     """
     ends, counts = edges
     bodies = [scene.bodies for scene in scenes]
-    told = list(_told(bodies, row_starts(table.face_counts), row_starts(counts), loose))
+    told = list(_told(bodies, find_row_starts(table.face_counts), find_row_starts(counts), loose))
     if all(bodies) or not len(table):
         return tuple(told)
     unknown = np.zeros(3)
@@ -169,17 +175,17 @@ def find_things(
     rise = dots(table.planes.normals, ups[table.scene])
     parts = Parts.of(table, rise, ends[loose])
     cores = Cores.among(parts, contacts)
-    met = set(_beside_faces(cores, ups))
-    met |= set(_under_tops(cores, np.array([bool(scene.views) for scene in scenes])))
+    met = set(_iter_attached_edge_pairs(cores, ups))
+    met |= set(_iter_pairs_under_tops(cores, np.array([bool(scene.views) for scene in scenes])))
     # What is so placed is no support, whatever else of it meets: a leg's slanted side touches its
     # seat at a corner, from which the seat reaches on.
     joined = met.copy()
     apart: set[tuple[int, int]] = set()
-    for (core, face), stance in stances(cores).items():
+    for (core, face), stance in find_stances(cores).items():
         other = int(cores.of[face])
         pair = (min(core, other), max(core, other))
         met.add(pair)
-        if _stands_apart(cores, core, face, stance):
+        if _is_apart_from_face(cores, core, face, stance):
             apart.add(pair)
     groups = components(len(cores.bodies), met - (apart - joined))
     things: dict[int, tuple[list[int], list[int]]] = {}

@@ -7,7 +7,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from facetlog.perception.ragged import Indices, row_starts
+from facetlog.perception.ragged import Indices, find_row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.types import FloatArray
 
@@ -61,9 +61,11 @@ class Tolerances:
         sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
         counts = np.array([len(scene.vertices) for scene in scenes], dtype=np.intp)
         diagonals = np.zeros(len(scenes))
-        for nth, (scene, first) in enumerate(zip(scenes, row_starts(counts).tolist(), strict=True)):
+        for nth, (scene, first) in enumerate(
+            zip(scenes, find_row_starts(counts).tolist(), strict=True)
+        ):
             own = points[first : first + int(counts[nth])]
-            for part in [own[_vertices_of(scene, body)] for body in scene.bodies] or [own]:
+            for part in [own[_find_body_vertices(scene, body)] for body in scene.bodies] or [own]:
                 if len(part):
                     diagonals[nth] = max(diagonals[nth], np.linalg.norm(np.ptp(part, axis=0)))
         scene_of = np.repeat(np.arange(len(counts)), counts)
@@ -96,7 +98,7 @@ class Tolerances:
         return np.asarray(equal & (reach > -np.inf))
 
 
-def _vertices_of(scene: Scene, body: Body) -> list[int]:
+def _find_body_vertices(scene: Scene, body: Body) -> list[int]:
     """Return the vertices that a body's faces and patches reach to."""
     rings = [scene.faces[i].outline for i in body.faces]
     return list(chain(*rings, *(scene.patches[i].hull for i in body.patches)))

@@ -59,7 +59,7 @@ def visible_lines(
     plane: where these are on either side of it, no line is seen.
     """
     ends = (table.points[edges] - pose.centre) @ pose.rotation
-    number, ends, whole = _in_picture(ends, camera)
+    number, ends, whole = _clip_edges_to_picture(ends, camera)
     pixels = _pixels(ends, camera)
     long = np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1) > SAME_POINT_PX
     number, ends, whole, pixels = number[long], ends[long], whole[long], pixels[long]
@@ -67,7 +67,7 @@ def visible_lines(
     middles = _between(ends[owner], low, high) @ pose.rotation.T + pose.centre
     seen = _seen(table, edges, bounds, pose.centre, number[owner], middles)
     owner, low, high, middles = owner[seen], low[seen], high[seen], middles[seen]
-    idle = _within_flat(table, edges, flat, number[owner], middles)
+    idle = _lie_within_plane(table, edges, flat, number[owner], middles)
     spans = pixels[owner]
     along = spans[:, 1] - spans[:, 0]
     starts, stops = spans[:, 0] + low[:, None] * along, spans[:, 0] + high[:, None] * along
@@ -81,7 +81,7 @@ def visible_lines(
     # Another edge may run along one within a plane, and be drawn there in its place.
     pairs = np.sort(lines, axis=1) @ [len(points), 1]
     kept = ~np.isin(pairs, pairs[idle])
-    return _drawing(points, vertex, lines[kept], number[owner[kept]])
+    return _make_drawing(points, vertex, lines[kept], number[owner[kept]])
 
 
 def _pixels(ends: FloatArray, camera: Camera) -> FloatArray:
@@ -91,7 +91,7 @@ def _pixels(ends: FloatArray, camera: Camera) -> FloatArray:
     return found
 
 
-def _in_picture(
+def _clip_edges_to_picture(
     ends: FloatArray, camera: Camera
 ) -> tuple[NDArray[np.intp], FloatArray, NDArray[np.bool_]]:
     """Find the edges (k,) that reach into the picture, their ends there (k, 2, 3), which are whole
@@ -207,7 +207,7 @@ def _seen(
     return seen
 
 
-def _within_flat(
+def _lie_within_plane(
     table: FaceTable,
     edges: NDArray[np.intp],
     flat: NDArray[np.intp],
@@ -258,14 +258,14 @@ def _points(
     return of.astype(np.intp), total / np.bincount(of, weight, count)[:, None], found
 
 
-def _drawing(
+def _make_drawing(
     points: FloatArray, vertex: NDArray[np.intp], lines: NDArray[np.intp], edge: NDArray[np.intp]
 ) -> VisibleLines:
     """Return the drawing of pieces (m, 2) of edges (m,), those on each other once, without idle
     cuts.
     """
-    lines, edge = _once(lines, edge)
-    lines, edge = _once(*_rejoined(lines, edge, vertex))
+    lines, edge = _drop_repeated_lines(lines, edge)
+    lines, edge = _drop_repeated_lines(*_rejoin_pieces(lines, edge, vertex))
     used, renumbered = np.unique(lines, return_inverse=True)
     lines = renumbered.reshape(-1, 2)
     points, vertex = points[used], vertex[used]
@@ -274,7 +274,7 @@ def _drawing(
     return VisibleLines(LineDrawing.between(points, lines, sds), vertex, edge)
 
 
-def _once(
+def _drop_repeated_lines(
     lines: NDArray[np.intp], edge: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return lines of two different points, each pair of points once, by the first edge."""
@@ -286,7 +286,7 @@ def _once(
     return lines[kept], edge[kept]
 
 
-def _rejoined(
+def _rejoin_pieces(
     lines: NDArray[np.intp], edge: NDArray[np.intp], vertex: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the lines, with pieces of one edge joined where only what is hidden crosses it."""

@@ -68,7 +68,7 @@ class Quality:
 
 
 def measure_quality(image: Image) -> Quality:
-    """Blur and share of clipped pixels of a picture, grey (H, W) or colour (H, W, 3)."""
+    """Return blur and share of clipped pixels of a picture, grey (H, W) or colour (H, W, 3)."""
     grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
     ends = np.count_nonzero(grey == DARKEST) + np.count_nonzero(grey == BRIGHTEST)
     across, down = _blur(grey.astype(np.float32))
@@ -76,7 +76,7 @@ def measure_quality(image: Image) -> Quality:
 
 
 def _blur(grey: NDArray[np.float32]) -> tuple[float | None, float | None]:
-    """Standard deviations of the blur of its edges across and down, px.
+    """Return standard deviations of the blur of its edges across and down, px.
 
     Over an edge of height C, blurred by b, the square of the gradient behind a smoothing by s sums
     up to C² / (2 sqrt(π (s² + b²))): the ratio r of two such sums, less what noise adds to them,
@@ -84,7 +84,7 @@ def _blur(grey: NDArray[np.float32]) -> tuple[float | None, float | None]:
     """
     noise = max(_estimate_noise_sd(grey), ROUNDING_SD)
     fine, coarse = _compute_gradients(grey, FINE_PX), _compute_gradients(grey, COARSE_PX)
-    least = EDGE_SDS * noise * _noise_gain(COARSE_PX)
+    least = EDGE_SDS * noise * _compute_noise_gain(COARSE_PX)
     size = 2 * round(BESIDE_EDGE_SDS * COARSE_PX) + 1
     found: list[float | None] = []
     for axis in (0, 1):
@@ -96,7 +96,7 @@ def _blur(grey: NDArray[np.float32]) -> tuple[float | None, float | None]:
         near = cv2.dilate(edges.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
         sums = [
             float(np.sum(gradient[axis][near] ** 2, dtype=np.float64))
-            - np.count_nonzero(near) * (noise * _noise_gain(smoothing)) ** 2
+            - np.count_nonzero(near) * (noise * _compute_noise_gain(smoothing)) ** 2
             for gradient, smoothing in ((fine, FINE_PX), (coarse, COARSE_PX))
         ]
         found.append(_measure_blur_px(sums[0] / sums[1]))
@@ -112,7 +112,7 @@ def _measure_blur_px(ratio: float) -> float:
 
 
 def _compute_gradients(grey: NDArray[np.float32], smoothing: float) -> NDArray[np.float32]:
-    """Across and down, (2, H, W), in grey levels per pixel."""
+    """Return across and down, (2, H, W), in grey levels per pixel."""
     smooth = cv2.GaussianBlur(grey, (0, 0), smoothing)
     return np.array(
         [cv2.Sobel(smooth, cv2.CV_32F, x, y, ksize=3, scale=1 / 8) for x, y in ((1, 0), (0, 1))]
@@ -125,10 +125,9 @@ def _estimate_noise_sd(grey: NDArray[np.float32]) -> float:
 
 
 @cache
-def _noise_gain(smoothing: float) -> float:
-    """Standard deviation of a gradient of white noise of standard deviation 1: the root of the sum
-    of the squares of the response to a point.
-    """
+def _compute_noise_gain(smoothing: float) -> float:
+    """Return standard deviation of a gradient of white noise of standard deviation 1: the root
+    of the sum of the squares of the response to a point."""
     half = 6 * round(COARSE_PX)
     point = np.zeros((2 * half + 1, 2 * half + 1), np.float32)
     point[half, half] = 1.0
@@ -147,7 +146,7 @@ def faults_of(quality: Quality, others: Sequence[Quality]) -> tuple[str, ...]:
     )
     beyond = []
     for name, blur, theirs in directions:
-        limits = _usual_and_limit(theirs)
+        limits = _find_usual_and_limit(theirs)
         if blur is None or limits is None or blur**2 <= limits[1]:
             continue
         said = f"blurred {name} by {blur:.1f} px, the other pictures by {limits[0]:.1f}"
@@ -160,7 +159,7 @@ def faults_of(quality: Quality, others: Sequence[Quality]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _usual_and_limit(blurs: Sequence[float | None]) -> tuple[float, float] | None:
+def _find_usual_and_limit(blurs: Sequence[float | None]) -> tuple[float, float] | None:
     """Return the usual one of pictures' blurs (px), and the largest variance (px²) that passes.
 
     None of too few.

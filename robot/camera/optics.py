@@ -19,7 +19,7 @@ class Optics:
     coefficients: tuple[tuple[str, float], ...] = field(default=())
 
     def coefficient(self, name: str) -> float:
-        """One coefficient, 0 where there is none."""
+        """Return one coefficient, 0 where there is none."""
         return dict(self.coefficients).get(name, 0.0)
 
     def check(self, image: Image) -> None:

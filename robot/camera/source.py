@@ -241,7 +241,8 @@ def _stream(address: str) -> cv2.VideoCapture:
 
 
 def _silence(since: float, arrived: float) -> float:
-    """Seconds without a picture until one arrived, 0 where that is as long as one may take."""
+    """Return seconds without a picture until one arrived, 0 where that is as long as one may
+    take."""
     seconds = arrived - since
     return seconds if seconds > READ_TIMEOUT_MS / 1000 else 0.0
 

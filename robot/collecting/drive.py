@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.collecting.route import Circle, Point, Route, distance_to, route_length
+from facetlog.robot.collecting.route import Circle, Point, Route, measure_distance_to, measure_route
 from facetlog.robot.collecting.steering import (
     SLOWEST,
     Motion,
@@ -51,8 +51,9 @@ class Body:
     width: float
 
 
-def free_ahead(sonars: Iterable[SonarRange], body: Body, at: float, speed: float) -> float:
-    """Metres until the robot's front reaches the nearest echo in its way; infinite without one.
+def measure_free_way(sonars: Iterable[SonarRange], body: Body, at: float, speed: float) -> float:
+    """Return metres until the robot's front reaches the nearest echo in its way; infinite without
+    one.
 
     `at` is the time of the report (s), `speed` the robot's ahead (m/s): it has come nearer since an
     echo was heard.
@@ -72,10 +73,10 @@ def free_ahead(sonars: Iterable[SonarRange], body: Body, at: float, speed: float
     return free
 
 
-def safe_speed(free: float) -> float:
+def compute_safe_speed(free: float) -> float:
     """Return the speed (m/s) from which the robot stands before what is so many metres ahead.
 
-    >>> [round(safe_speed(free), 2) for free in (0.02, 0.1, 0.5)]
+    >>> [round(compute_safe_speed(free), 2) for free in (0.02, 0.1, 0.5)]
     [0.0, 0.12, 0.42]
     """
     # v t + v² / 2a = s
@@ -127,7 +128,7 @@ class Robot(Protocol):
         """Move for as long as the lease, m/s and rad/s."""
 
     def stop(self) -> None:
-        """Stops."""
+        """Stop."""
 
     def wait_for(self, condition: Callable[..., bool], timeout: float) -> RobotState:
         """Return the first state of which the condition is true; DeviceTimeout if none is."""
@@ -188,7 +189,7 @@ class MobileBase:
             return motion
 
         corners = max(len(route) - 1, 1)
-        self._drive(steer, route_length(route) / self._pace.speed + corners)
+        self._drive(steer, measure_route(route) / self._pace.speed + corners)
 
     def turn_to(self, heading: float) -> None:
         """Turn on the spot to a heading in the world; errors as of `follow`."""
@@ -226,13 +227,13 @@ class MobileBase:
                 self._check(state)
                 if state.at - first > PATIENCE * expected + PATIENCE_SECONDS:
                     raise DeviceTimeout("the robot takes too long for its route: is its path free?")
-                motion, blocked = self._within_sight(state, motion)
+                motion, blocked = self._limit_to_free_way(state, motion)
                 if not blocked:
                     blocked_since = None
                 elif blocked_since is None:
                     blocked_since = state.at
                 elif state.at - blocked_since > WAITS_FOR_ITS_WAY:
-                    raise self._way_blocked(state)
+                    raise self._make_blocked_error(state)
                 watch.check(state, motion)
                 self._command(motion)
                 state = self._next(state)
@@ -243,27 +244,26 @@ class MobileBase:
             raise
         self._robot.stop()
 
-    def _way_blocked(self, state: RobotState) -> WayBlockedError:
+    def _make_blocked_error(self, state: RobotState) -> WayBlockedError:
         here = self.place(state)
         fault = WayBlockedError(
             f"something is close ahead of the robot {_at(here)}, by its sonars: clear its way, or"
             " give it a --keep-out circle, then go on with --resume"
         )
         if self._body is not None:
-            ahead = self._body.radius + free_ahead(state.sonars, self._body, state.at, 0.0)
+            ahead = self._body.radius + measure_free_way(state.sonars, self._body, state.at, 0.0)
             if math.isfinite(ahead):
                 there = here.compose(Pose2(ahead, 0.0))
                 fault.at = there.x, there.y
         return fault
 
-    def _within_sight(self, state: RobotState, motion: Motion) -> tuple[Motion, bool]:
-        """Slow a motion down to what the free way ahead allows; return it, and whether the way
-        is blocked.
-        """
+    def _limit_to_free_way(self, state: RobotState, motion: Motion) -> tuple[Motion, bool]:
+        """Return slow a motion down to what the free way ahead allows; return it, and whether
+        the way is blocked."""
         if self._body is None or motion.speed <= 0:
             return motion, False
-        free = free_ahead(state.sonars, self._body, state.at, state.speed)
-        safe = safe_speed(free) if math.isfinite(free) else math.inf
+        free = measure_free_way(state.sonars, self._body, state.at, state.speed)
+        safe = compute_safe_speed(free) if math.isfinite(free) else math.inf
         if safe >= motion.speed:
             return motion, False
         if safe < SLOWEST:
@@ -310,7 +310,7 @@ class MobileBase:
             raise DeviceError("the robot's stop button is pressed: release it, then --resume")
         if state.motors_on is False:
             raise DeviceError("the robot's motors are off: press its MOTORS button, then --resume")
-        if distance_to(self._closed, (here.x, here.y)) < -INTRUSION:
+        if measure_distance_to(self._closed, (here.x, here.y)) < -INTRUSION:
             raise DeviceError(
                 f"the robot is within the keep-out circle {_at(here)}: move it away, then go on "
                 "with --resume"

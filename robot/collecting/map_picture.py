@@ -195,7 +195,7 @@ class _Canvas:
         low, high = places.min(axis=0) - BORDER, places.max(axis=0) + BORDER
         self.scale = (SIZE_PX - 2 * MARGIN_PX) / float(max(high - low))
         width, height = ((high - low) * self.scale + 2 * MARGIN_PX).astype(int).tolist()
-        self.legend = _in_rows(legend, width)
+        self.legend = _arrange_in_rows(legend, width)
         self.above = max(MARGIN_PX, self.legend[-1][1] + LINE_PX)
         """Pixels of the margin above, which holds the legend."""
         height += self.above - MARGIN_PX
@@ -283,7 +283,7 @@ def map_png(
 def _places(
     path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor, found: Sequence[Found]
 ) -> FloatArray:
-    """Points (n, 2) that must be on the map; the origin if there is nothing."""
+    """Return points (n, 2) that must be on the map; the origin if there is nothing."""
     places = [(p.x, p.y) for p in path] + [(v.robot.x, v.robot.y) for v in taken]
     places += floor.missed
     places += [(x, y) for each in found for loop in each.outlines for x, y, _ in loop.tolist()]
@@ -294,7 +294,8 @@ def _places(
 
 
 def _list_grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
-    """Lines at every half metre (of large floors fewer): axis, coordinate, and both ends."""
+    """Iterate over lines at every half metre (of large floors fewer): axis, coordinate, and both
+    ends."""
     span = float(max(canvas.high - canvas.low))
     step = 0.5 * max(1, math.ceil(span / 8))
     for axis in (0, 1):
@@ -364,7 +365,7 @@ def _robot(canvas: _Canvas, view: Taken, radius: float) -> list[Box]:
 
 
 def _along(one: FloatArray, other: FloatArray) -> list[Box]:
-    """Boxes of a dot's size that cover a stroke between two places, pixels."""
+    """Return boxes of a dot's size that cover a stroke between two places, pixels."""
     count = math.ceil(math.dist(one, other) / (2 * DOT_PX)) + 1
     return [
         Box(x - DOT_PX, y - DOT_PX, 2 * DOT_PX, 2 * DOT_PX)
@@ -436,7 +437,7 @@ def _entries(taken: int, floor: Floor, *, found: bool) -> list[Entry]:
     return entries
 
 
-def _in_rows(entries: Sequence[Entry], width: int) -> list[tuple[int, int, Entry]]:
+def _arrange_in_rows(entries: Sequence[Entry], width: int) -> list[tuple[int, int, Entry]]:
     """Return where each entry begins on a picture of this width, in rows from the top."""
     x, y = MARGIN_PX, LINE_PX
     rows = []

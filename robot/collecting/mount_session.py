@@ -17,9 +17,9 @@ from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import FrameSource
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.head.head import HeadState, PanTiltHead
-from facetlog.robot.mount.board import Board, Corners, straight_pixels
-from facetlog.robot.mount.fit import Sighting, board_place
-from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
+from facetlog.robot.mount.board import Board, Corners, undistort_pixels
+from facetlog.robot.mount.fit import Sighting, find_board_pose
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, find_gaze
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
@@ -100,7 +100,7 @@ def _looks(rig: BoardRig, state: RobotState, number: int, place: Pose) -> Iterat
     robot = rig.base.place(state)
     across, down = rig.board.across * rig.board.square, rig.board.down * rig.board.square
     middle = place.centre + place.rotation @ np.array([across / 2, down / 2, 0.0])
-    towards = gaze_at(robot, rig.mount, middle)
+    towards = find_gaze(robot, rig.mount, middle)
     limits = rig.head.limits
     for aside, up in AIMS:
         pan = min(max(towards.pan + aside, limits.pan_min), limits.pan_max)
@@ -119,7 +119,7 @@ def _look(rig: BoardRig, pan: float, tilt: float) -> tuple[HeadState, Corners | 
     corners = rig.board.corners(image)
     if corners is None:
         return looks, None
-    return looks, Corners(corners.points, straight_pixels(rig.optics, corners.pixels))
+    return looks, Corners(corners.points, undistort_pixels(rig.optics, corners.pixels))
 
 
 def _search(rig: BoardRig, report: Callable[[str], None]) -> tuple[Corners, Gaze]:
@@ -142,7 +142,7 @@ def _search(rig: BoardRig, report: Callable[[str], None]) -> tuple[Corners, Gaze
 
 def _placed(rig: BoardRig, state: RobotState, corners: Corners, gaze: Gaze) -> Pose:
     seen_from = camera_pose(rig.base.place(state), rig.mount, gaze)
-    place = board_place(corners, rig.optics.camera, seen_from)
+    place = find_board_pose(corners, rig.optics.camera, seen_from)
     if place is None:
         raise InputError(f"the board is seen too flat or too small: {FAR}, facing it")
     return place

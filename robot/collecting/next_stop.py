@@ -49,14 +49,14 @@ class Around:
             self.target, self.radius, self.first, number, self.here, self.reach, self.pace
         )
 
-    def kept_off(self, margin: float) -> "Around":
+    def enlarge_keep_out(self, margin: float) -> "Around":
         """Return the rings with radius and keep-out circles larger by a margin, m."""
         closed = tuple(circle.grown(margin) for circle in self.reach.closed)
         reach = replace(self.reach, closed=closed)
         return replace(self, radius=self.radius + margin, reach=reach)
 
     def to_json(self) -> Mapping[str, object]:
-        """As in the first line of collect.jsonl; metres, radians."""
+        """Return as in the first line of collect.jsonl; metres, radians."""
         limits, mount, camera = self.reach.limits, self.reach.mount, self.reach.camera
         return {
             "target": self.target.tolist(),
@@ -87,7 +87,7 @@ class Around:
             values, sds = (tuple(map(float, each)) for each in about["mount"])
             pan, tilt, step, zoom = about["head"]
             limits = HeadLimits(pan[0], pan[1], tilt[0], tilt[1], step[0], step[1], zoom)
-            mount = Mount(sds=sds).with_values(values)
+            mount = Mount(sds=sds).replace_values(values)
             closed = tuple(Circle(*map(float, each)) for each in about["closed"])
             width, height, fx, fy, cx, cy = about["camera"]
             camera = Camera(width, height, fx, fy, cx, cy)
@@ -204,7 +204,7 @@ class ChosenStops:
         while True:
             here = self._base.place(self._base.state)
             margin = place_sd(self._base.state.covariance)
-            around = replace(self._around.kept_off(margin), here=here)
+            around = replace(self._around.enlarge_keep_out(margin), here=here)
             self.closed = around.reach.closed
             found = self._chooser.next_stop(around, self._record.taken)
             self._record.note(found.line)
@@ -224,7 +224,7 @@ def place_sd(covariance: FloatArray) -> float:
     return math.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0))
 
 
-def reach_of_mount(mount: Mount) -> float:
+def measure_mount_reach(mount: Mount) -> float:
     """Return how far from the robot's middle the pinhole may be, metres on the floor or more."""
     return math.hypot(mount.x, mount.y) + math.hypot(
         mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up

@@ -51,15 +51,15 @@ def worded(fault: Fault, again: str) -> Fault:
     return type(fault)(text.replace(AGAIN, again))
 
 
-def resumed_from(robot: Pose2 | None) -> str:
+def describe_resume(robot: Pose2 | None) -> str:
     """Return how to go on with a collection whose robot is there in the world, if that is known."""
-    return COLLECT_AGAIN if robot is None else RESUME + stated_pose(robot)
+    return COLLECT_AGAIN if robot is None else RESUME + format_start_pose(robot)
 
 
-def stated_pose(pose: Pose2) -> str:
+def format_start_pose(pose: Pose2) -> str:
     """Return a pose as `--start` takes it: metres, and degrees within ±180.
 
-    >>> stated_pose(Pose2(1.5, 0.25, math.radians(-251.6)))
+    >>> format_start_pose(Pose2(1.5, 0.25, math.radians(-251.6)))
     '1.500,0.250,108.4'
     """
     return f"{pose.x:.3f},{pose.y:.3f},{math.degrees(wrapped(pose.heading)):.1f}"

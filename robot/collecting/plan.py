@@ -17,9 +17,9 @@ from facetlog.robot.collecting.route import (
     Circle,
     Point,
     Route,
-    distance_to,
-    route_length,
-    shortest_route,
+    find_shortest_route,
+    measure_distance_to,
+    measure_route,
 )
 from facetlog.robot.collecting.tour_file import Tour, TourView
 from facetlog.robot.head.head import HeadLimits
@@ -135,7 +135,7 @@ def _place(view: TourView) -> Point:
     return float(view.pose.centre[0]), float(view.pose.centre[1])
 
 
-def _point_of(view: TourView, target: FloatArray | None) -> FloatArray:
+def _find_point_of_view(view: TourView, target: FloatArray | None) -> FloatArray:
     """Return the point (3,) for the middle of the picture: on the line of sight, nearest to the
     target.
 
@@ -156,7 +156,7 @@ def stop_for(
     """Return the stop for a view with the least turning between `here` and the `following`
     place.
     """
-    point = _point_of(view, target)
+    point = _find_point_of_view(view, target)
     if math.hypot(*(point - view.pose.centre)[:2]) < math.hypot(*view.pose.centre[:2]) * 1e-9:
         return Skipped(number, view.name, "it looks straight up or down, which no heading gives")
     bearings = _find_bearings(here, _place(view), following, reach)
@@ -167,7 +167,10 @@ def stop_for(
         if isinstance(stop, str):
             continue
         found = True
-        if shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), reach.closed) is not None:
+        if (
+            find_shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), reach.closed)
+            is not None
+        ):
             return stop
     first = _find_stop(number, view, point, target, headings[0], reach)
     return Skipped(number, view.name, NO_ROUTE if found or not isinstance(first, str) else first)
@@ -185,18 +188,18 @@ def _sum_turning(heading: float, bearings: tuple[float | None, float | None]) ->
 def _find_bearings(
     here: Pose2, place: Point, following: Sequence[Point], reach: Reach
 ) -> tuple[float | None, float | None]:
-    """Headings with which the robot arrives and leaves; None where it does not move."""
+    """Return headings with which the robot arrives and leaves; None where it does not move."""
     arriving = _route((here.x, here.y), place, reach)
     leaving = _route(place, following[0], reach) if following else ()
     return _find_heading(arriving[-2:]), _find_heading(leaving[:2])
 
 
 def _route(start: Point, end: Point, reach: Reach) -> Route:
-    return shortest_route(start, end, reach.closed) or ()
+    return find_shortest_route(start, end, reach.closed) or ()
 
 
 def _find_heading(leg: Route) -> float | None:
-    if len(leg) < 2 or route_length(leg) == 0:
+    if len(leg) < 2 or measure_route(leg) == 0:
         return None
     (ax, ay), (bx, by) = leg
     return math.atan2(by - ay, bx - ax)
@@ -208,7 +211,7 @@ def _list_headings(
     bearings: tuple[float | None, float | None],
     reach: Reach,
 ) -> list[float]:
-    """Headings at which the pan can be reached, those of arriving and leaving first."""
+    """Return headings at which the pan can be reached, those of arriving and leaving first."""
     level = point - view.pose.centre
     sight = math.atan2(level[1], level[0]) - reach.mount.yaw
     low, high = reach.pans
@@ -227,7 +230,7 @@ def _find_stop(
 ) -> Stop | str:
     """Return the stop with this heading, or why there is none."""
     robot, wanted = stand_for(_place(view), heading, reach.mount, point)
-    if distance_to(reach.closed, (robot.x, robot.y)) < 0:
+    if measure_distance_to(reach.closed, (robot.x, robot.y)) < 0:
         return "the robot would stand within the keep-out circle: give a smaller --keep-out"
     gaze = reach.within(wanted)
     pose = camera_pose(robot, reach.mount, gaze)
@@ -242,7 +245,7 @@ def _find_stop(
 
 
 def _list_remarks(stops: Sequence[Stop], reach: Reach) -> tuple[str, ...]:
-    """One line for each kind of difference between the pictures and the tour."""
+    """Return one line for each kind of difference between the pictures and the tour."""
     higher, tilted = [], []
     for stop in stops:
         pose = camera_pose(stop.robot, reach.mount, stop.gaze)

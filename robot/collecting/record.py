@@ -40,8 +40,8 @@ HALF_PIXEL = 0.5
 class Taken:
     """One view that was taken; metres, radians, seconds.
 
-    `covariance` (6, 6) is of the pose, rows as in `kinematics.pose_covariance`; `odometry` is in
-    the robot's own frame, `robot` in the world. `notes` say what was unusual.
+    `covariance` (6, 6) is of the pose, rows as in `kinematics.compute_pose_covariance`;
+    `odometry` is in the robot's own frame, `robot` in the world. `notes` say what was unusual.
     """
 
     number: int
@@ -58,7 +58,7 @@ class Taken:
     notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, object]:
-        """As a line of collect.jsonl; lengths in metres, angles in degrees."""
+        """Return as a line of collect.jsonl; lengths in metres, angles in degrees."""
         return {
             "view": self.number,
             "image": self.name,
@@ -208,7 +208,7 @@ def write_file(path: Path, content: bytes) -> None:
 
 
 def read_log(folder: Path) -> tuple[Mapping[str, object], ...]:
-    """All lines of collect.jsonl, the first one about the first run.
+    """Return all lines of collect.jsonl, the first one about the first run.
 
     InputError if the folder holds no collection or one that cannot be read.
     """
@@ -313,7 +313,8 @@ def _format_colmap_camera(optics: Optics) -> str:
 
 
 def _format_colmap_images(taken: Iterable[Taken]) -> str:
-    """World to camera, a quaternion with its real part first; the second line is for points."""
+    """Return world to camera, a quaternion with its real part first; the second line is for
+    points."""
     lines = ["# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", "# POINTS2D[] as X Y POINT3D_ID"]
     for number, view in enumerate(taken, start=1):
         turn = view.pose.rotation.T
@@ -323,7 +324,7 @@ def _format_colmap_images(taken: Iterable[Taken]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
+def format_robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
     """Return the robot's poses on the floor with their times (s since 1970) as a TUM trajectory."""
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for at, place in way:
@@ -335,7 +336,7 @@ def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
 
 
 def read_robot_tum(path: Path) -> list[tuple[float, Pose2]]:
-    """Read a file of `robot_tum`; InputError for anything else."""
+    """Read a file of `format_robot_tum`; InputError for anything else."""
     try:
         lines = read_regular_text(path).splitlines()
         rows = [list(map(float, line.split())) for line in lines if not line.startswith("#")]

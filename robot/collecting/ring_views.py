@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.collecting.plan import Reach, Stop, stop_for
-from facetlog.robot.collecting.route import Route, route_length, shortest_route
+from facetlog.robot.collecting.route import Route, find_shortest_route, measure_route
 from facetlog.robot.collecting.session import HEAD_SETTLE, SETTLE
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import TourView
@@ -44,7 +44,7 @@ class Candidate:
 
 
 def bearing(target: FloatArray, place: Sequence[float] | FloatArray) -> float:
-    """Radians at which a place (x, y, ...) lies, as seen from the target."""
+    """Return radians at which a place (x, y, ...) lies, as seen from the target."""
     return math.atan2(float(place[1] - target[1]), float(place[0] - target[0]))
 
 
@@ -71,10 +71,10 @@ def list_ring_candidates(
             if not isinstance(stop, Stop):
                 continue
             ends = (here.x, here.y), (stop.robot.x, stop.robot.y)
-            route = shortest_route(*ends, reach.closed)
+            route = find_shortest_route(*ends, reach.closed)
             if route is None:
                 continue
-            way, turns = route_length(route), turns_along(route, here, stop.robot)
+            way, turns = measure_route(route), sum_turns(route, here, stop.robot)
             seconds = way / pace.speed + turns / pace.turning + SETTLE + HEAD_SETTLE
             pose = camera_pose(stop.robot, reach.mount, stop.gaze)
             found.append(Candidate(stop, pose, way, turns, seconds))
@@ -88,8 +88,8 @@ def _view(target: FloatArray, radius: float, angle: float, number: int, reach: R
     return TourView(f"view{number:03d}.png", camera_pose(robot, reach.mount, gaze))
 
 
-def turns_along(route: Route, here: Pose2, there: Pose2) -> float:
-    """Radians that are turned on the spot along a route, at both ends too."""
+def sum_turns(route: Route, here: Pose2, there: Pose2) -> float:
+    """Return radians that are turned on the spot along a route, at both ends too."""
     legs = [(a, b) for a, b in pairwise(route) if a != b]
     headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in legs]
     all_ = [here.heading, *headings, there.heading]

@@ -44,24 +44,24 @@ class Circle:
         return Circle(self.x, self.y, self.radius + margin)
 
 
-def distance_to(circles: tuple[Circle, ...], point: Point) -> float:
+def measure_distance_to(circles: tuple[Circle, ...], point: Point) -> float:
     """Return how far a point is from the nearest rim, negative inside; infinite without circles."""
     return min((c.distance(point) - c.radius for c in circles), default=math.inf)
 
 
-def route_length(route: Route) -> float:
+def measure_route(route: Route) -> float:
     """Return the metres from the first to the last point."""
     return sum(math.dist(a, b) for a, b in pairwise(route))
 
 
 @lru_cache(maxsize=256)  # a plan asks for the same ones again when it compares headings
-def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Route | None:
+def find_shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Route | None:
     """Return the shortest route from start to end that enters no circle, both ends included.
 
     A circle in which the start or the end lies is shrunk until they are on its rim: callers that
-    must refuse such points check `distance_to` before. None if there is no route.
+    must refuse such points check `measure_distance_to` before. None if there is no route.
 
-    >>> len(shortest_route((0.0, 0.0), (1.0, 0.0), (Circle(0.5, 2.0, 1.0),)))
+    >>> len(find_shortest_route((0.0, 0.0), (1.0, 0.0), (Circle(0.5, 2.0, 1.0),)))
     2
     """
     shrunk = tuple(
@@ -97,7 +97,8 @@ def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Rou
 
 @lru_cache(maxsize=256)
 def _build_graph(circles: tuple[Circle, ...]) -> tuple[FloatArray, FloatArray]:
-    """Corners (n, 2) of all polygons, and the lengths (n, n) of the free lines between them."""
+    """Return corners (n, 2) of all polygons, and the lengths (n, n) of the free lines between
+    them."""
     corners = np.concatenate(
         [_list_corners(c) for c in circles if c.radius > TOUCH] or [np.empty((0, 2))]
     )

@@ -20,15 +20,15 @@ from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import Body, MobileBase
 from facetlog.robot.collecting.map_picture import Floor, Mapped
-from facetlog.robot.collecting.next_stop import Around, ChosenStops, reach_of_mount
+from facetlog.robot.collecting.next_stop import Around, ChosenStops, measure_mount_reach
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
     WAY_FILE,
     Record,
     Taken,
+    format_robot_tum,
     read_log,
     read_robot_tum,
-    robot_tum,
     write_file,
 )
 from facetlog.robot.collecting.request import (
@@ -38,21 +38,21 @@ from facetlog.robot.collecting.request import (
     read_earlier_views,
 )
 from facetlog.robot.collecting.ring_views import bearing
-from facetlog.robot.collecting.route import Circle, distance_to
+from facetlog.robot.collecting.route import Circle, measure_distance_to
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
     Ended,
     Listener,
     Rig,
     collect,
-    end_recorded,
+    record_end,
 )
 from facetlog.robot.collecting.simulated_robot import (
     CameraAndOptics,
-    camera_and_optics,
+    add_line_hint,
     check_start,
-    coasts_when_cut,
-    with_line,
+    choose_camera_and_optics,
+    describe_coasting,
 )
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
@@ -86,7 +86,7 @@ class DrivenWay:
 
     def write(self) -> None:
         """Write the file; InputError where it cannot be written."""
-        write_file(self._path, robot_tum(self.stamped).encode())
+        write_file(self._path, format_robot_tum(self.stamped).encode())
 
     def view_taken(self, done: int, total: int, view: Taken) -> None:
         self.write()
@@ -118,7 +118,8 @@ def check_keep_out(request: Request) -> None:
 
 
 def list_forbidden_circles(request: Request, radius: float) -> tuple[Circle, ...]:
-    """Keep-out circles for the robot's middle, so that no part of it enters the given circles.
+    """Return keep-out circles for the robot's middle, so that no part of it enters the given
+    circles.
 
     If none are given: about the target, as large as the innermost view leaves room for.
     """
@@ -132,7 +133,7 @@ def list_forbidden_circles(request: Request, radius: float) -> tuple[Circle, ...
             closed = _find_free_radius(request.tour, target, request.mount, radius)
         circles = (Circle(float(target[0]), float(target[1]), closed),)
     grown = tuple(circle.grown(radius) for circle in circles)
-    inside = distance_to(grown, (request.start.x, request.start.y))
+    inside = measure_distance_to(grown, (request.start.x, request.start.y))
     if inside < 0:
         raise InputError(
             f"the robot at {request.start.x:.2f}, {request.start.y:.2f} is {-inside:.2f} m within "
@@ -146,7 +147,7 @@ def _find_free_radius(tour: Tour, target: FloatArray, mount: Mount, radius: floa
     if not tour.views:
         raise InputError("--explore needs --keep-out RADIUS: how near the robot may come")
     nearest = min(float(np.hypot(*(view.pose.centre - target)[:2])) for view in tour.views)
-    room = nearest - reach_of_mount(mount) - radius - ROOM - CLEARANCE
+    room = nearest - measure_mount_reach(mount) - radius - ROOM - CLEARANCE
     if room <= 0:
         raise InputError(
             f"the tour comes within {nearest:.2f} m of what it looks at, which leaves no room for "
@@ -176,7 +177,9 @@ def plan_rings(
         raise InputError("no --keep-out circle holds the --target: give --keep-out RADIUS")
     # Whichever way the robot stands, its middle stays outside of the circles.
     radius = (
-        max(c.distance(place) + c.radius for c in holding) + reach_of_mount(request.mount) + ROOM
+        max(c.distance(place) + c.radius for c in holding)
+        + measure_mount_reach(request.mount)
+        + ROOM
     )
     first = bearing(target, (request.start.x, request.start.y))
     if any("explore" in line for line in lines):
@@ -216,7 +219,7 @@ class Collected:
 
 
 def run_collection(request: Request, listener: Listener) -> Collected:
-    """Collects; faults during the collection end it early and are in the result.
+    """Return collects; faults during the collection end it early and are in the result.
 
     InputError for a request that cannot be carried out, DeviceError or DeviceTimeout if robot, head
     or camera cannot be opened.
@@ -239,14 +242,14 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         robot.on_problem(partial(_warn_about_problem, listener))
         # Before the head and the camera: both may be those of another robot.
         check_start(robot, request.start, listener.warn)
-        seen = camera_and_optics(
+        seen = choose_camera_and_optics(
             robot, request.address, request.camera, request.optics, listener.note
         )
-        sees = _sees_ahead(robot)
+        sees = _has_useful_sonars(robot)
         robot.switch_sonars(sees)
         if not sees:
             listener.note("the robot's sonars are off: what stands in its way is not seen")
-        if coasts := coasts_when_cut(robot.configuration, request.speed):
+        if coasts := describe_coasting(robot.configuration, request.speed):
             listener.note(coasts)
         head = open_robot_head(
             stack, robot, request.head, request.head_port, unheard=request.head_unheard
@@ -289,7 +292,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             seen.optics,
             reach,
             epoch,
-            lambda fault: with_line(fault, robot.problems, time.monotonic()),
+            lambda fault: add_line_hint(fault, robot.problems, time.monotonic()),
         )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         stops: ChosenStops | tuple[Stop, ...] = plan.stops
@@ -303,7 +306,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 wide=radius + CLEARANCE,
             )
         try:
-            with end_recorded(rig, len(stops), record, way):
+            with record_end(rig, len(stops), record, way):
                 if len(stops):
                     robot.enable_motors()
                 guide = stops if isinstance(stops, ChosenStops) else None
@@ -328,7 +331,7 @@ def _warn_about_problem(listener: Listener, problem: Problem) -> None:
         listener.warn(str(problem))
 
 
-def _sees_ahead(robot: Pioneer) -> bool:
+def _has_useful_sonars(robot: Pioneer) -> bool:
     """Return whether its sonars are of use: where they sit is known, and the line takes their
     reports.
 
@@ -350,7 +353,7 @@ def open_robot_head(
     try:
         head.start()
     except DeviceError as exc:
-        raise with_line(exc, robot.problems, time.monotonic()) from exc
+        raise add_line_hint(exc, robot.problems, time.monotonic()) from exc
     stack.callback(head.close)
     return head
 

@@ -13,7 +13,7 @@ from facetlog.regular_file import read_regular_text
 from facetlog.robot.collecting.drive import STANDS_SPEED, STANDS_TURNING
 from facetlog.robot.collecting.record import read_log, read_record
 from facetlog.robot.collecting.request import TRAFFIC_FILE
-from facetlog.robot.pioneer.replay import replay, replayed_states
+from facetlog.robot.pioneer.replay import iter_replayed_states, replay
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
 
@@ -32,7 +32,7 @@ class Run:
         return self.origin.compose(odometry)
 
 
-def runs_of(lines: Sequence[Mapping[str, object]], folder: Path) -> tuple[Run, ...]:
+def list_runs(lines: Sequence[Mapping[str, object]], folder: Path) -> tuple[Run, ...]:
     """Return the runs of which a collection's collect.jsonl tells; InputError where it does not say
     where one began.
     """
@@ -113,11 +113,11 @@ def _find_last_report(folder: Path, lines: Sequence[Mapping[str, object]]) -> La
     path = folder / TRAFFIC_FILE
     if not path.is_file():
         return None
-    sessions = run_sessions(path, runs_of(lines, folder)[-1:])
+    sessions = run_sessions(path, list_runs(lines, folder)[-1:])
     found: tuple[Run, RobotState] | None = None
     with suppress(DeviceError):  # a session that ends before its first report
         for session, run, _ in sessions:
-            for state in replayed_states(replay(path, session)):
+            for state in iter_replayed_states(replay(path, session)):
                 found = run, state
     if found is None:
         return None

@@ -18,13 +18,13 @@ from facetlog.robot.camera.checks import Quality, faults_of, measure_quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import Frame, FrameSource
 from facetlog.robot.collecting.drive import MobileBase, WayBlockedError
-from facetlog.robot.collecting.option_words import resumed_from, worded
+from facetlog.robot.collecting.option_words import describe_resume, worded
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
 from facetlog.robot.collecting.record import Record, Taken
-from facetlog.robot.collecting.route import Circle, shortest_route
+from facetlog.robot.collecting.route import Circle, find_shortest_route
 from facetlog.robot.collecting.steering import HEADING_TOLERANCE, PLACE_TOLERANCE
 from facetlog.robot.head.head import PanTiltHead
-from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, compute_pose_covariance, find_gaze
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
 
@@ -111,7 +111,7 @@ class Ended:
     why: str = ""
 
     def to_json(self) -> Mapping[str, object]:
-        """As a line of collect.jsonl, and of `--json`."""
+        """Return as a line of collect.jsonl, and of `--json`."""
         fault = self.why or None if self.fault is None else str(self.fault)
         line = {"result": "ended", "taken": self.taken, "wanted": self.wanted, "fault": fault}
         if self.robot is None or not self.stands:
@@ -183,8 +183,9 @@ def _blocked(stop: Stop, circle: Circle) -> Mapping[str, object]:
 
 
 @contextmanager
-def end_recorded(rig: Rig, wanted: int, record: Record, listener: Listener) -> Iterator[None]:
-    """A context in which a collection of `wanted` views runs: whatever is raised there is recorded.
+def record_end(rig: Rig, wanted: int, record: Record, listener: Listener) -> Iterator[None]:
+    """Provide a context in which a collection of `wanted` views runs: whatever is raised there is
+    recorded.
 
     The robot is stopped; then the end is written, as far as the folder can be written, and how to
     resume is reported. An interrupt, a full disk and motors that cannot be switched on end like
@@ -205,16 +206,15 @@ def end_recorded(rig: Rig, wanted: int, record: Record, listener: Listener) -> I
 
 
 def _end_early(rig: Rig, record: Record, listener: Listener, ended: Ended, total: int) -> Ended:
-    """Stops, writes the end and reports it; the same with the robot's place, and its fault worded
-    for who goes on. Raises nothing: the first fault counts.
-    """
+    """Return stops, writes the end and reports it; the same with the robot's place, and its
+    fault worded for who goes on. Raises nothing: the first fault counts."""
     ended = replace(ended, robot=rig.base.last_place)
     # A second Ctrl-C only cuts the wait short: the driver's exit stops the robot too.
     with suppress(FacetlogError, KeyboardInterrupt):
         robot = rig.base.place(rig.base.stand(0.0))
         ended = replace(ended, robot=robot, stands=True)
     if ended.fault is not None:
-        ended = replace(ended, fault=worded(ended.fault, resumed_from(ended.robot)))
+        ended = replace(ended, fault=worded(ended.fault, describe_resume(ended.robot)))
     with suppress(FacetlogError):
         record.note(ended.to_json())
     # A terminal that was closed takes no line any more.
@@ -229,7 +229,7 @@ def _take(
     here = rig.base.place(rig.base.state)
     route = stop.route
     if route is None:
-        route = shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), closed)
+        route = find_shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), closed)
     if route is None:
         raise DeviceError(
             f"no route leads to view {stop.number} that keeps out of all keep-out circles: "
@@ -241,7 +241,7 @@ def _take(
     robot = rig.base.place(state)
 
     notes = _describe_offset(stop.robot.between(robot))
-    wanted = gaze_at(robot, rig.reach.mount, stop.point)
+    wanted = find_gaze(robot, rig.reach.mount, stop.point)
     gaze = rig.reach.within(wanted)
     if abs(gaze.pan - wanted.pan) > HEAD_PLAY_SD:
         notes.append(
@@ -252,7 +252,7 @@ def _take(
     if not looks.reported:
         notes.append("the head does not report its angles: those it was commanded are recorded")
     after = max(looks.at, rig.base.state.at) + HEAD_SETTLE
-    image, quality, said = _shoot(rig.camera, rig.optics, after, others)
+    image, quality, said = _take_picture(rig.camera, rig.optics, after, others)
     notes += said
 
     # While it stood, the robot may have been pushed: the pose is that of the moment after.
@@ -289,7 +289,7 @@ def _describe_offset(off: Pose2) -> list[str]:
     ]
 
 
-def _shoot(
+def _take_picture(
     camera: FrameSource, optics: Optics, after: float, others: list[Quality]
 ) -> tuple[Image, Quality, list[str]]:
     """Return the picture, its quality and notes about it; a bad one is taken a second time."""
@@ -320,7 +320,8 @@ def _format_silence(frame: Frame) -> list[str]:
 
 
 def _compute_covariance(rig: Rig, state: RobotState, robot: Pose2, gaze: Gaze) -> FloatArray:
-    """Covariance of the camera's pose in the world; odometry's is in the frame of the start."""
+    """Return covariance of the camera's pose in the world; odometry's is in the frame of the
+    start."""
     heading = rig.base.start.heading
     c, s = math.cos(heading), math.sin(heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -328,7 +329,7 @@ def _compute_covariance(rig: Rig, state: RobotState, robot: Pose2, gaze: Gaze) -
 
 
 def pose_covariance_at(robot: Pose2, odometry: FloatArray, reach: Reach, gaze: Gaze) -> FloatArray:
-    """Covariance (6, 6) of the camera's pose with the errors of a head's steps and play.
+    """Return covariance (6, 6) of the camera's pose with the errors of a head's steps and play.
 
     `odometry` (3, 3) is that of the robot's x, y, heading in the world.
     """
@@ -336,4 +337,4 @@ def pose_covariance_at(robot: Pose2, odometry: FloatArray, reach: Reach, gaze: G
     step = max(limits.pan_step, limits.tilt_step)
     # A reading rounded to steps is off evenly within one: variance step² / 12.
     head_sd = math.sqrt(HEAD_PLAY_SD**2 + step**2 / 12)
-    return pose_covariance(robot, odometry, reach.mount, gaze, head_sd)
+    return compute_pose_covariance(robot, odometry, reach.mount, gaze, head_sd)

@@ -26,7 +26,7 @@ BACK, OFTEN = 30.0, 2
 COASTS = 0.2
 
 
-def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> DeviceError:
+def add_line_hint(fault: DeviceError, problems: Iterable[Problem], now: float) -> DeviceError:
     """Return the fault, with a remark about the line if reports ceased repeatedly before it.
 
     `problems` are the driver's, `now` is a time of its clock. A lost link needs no remark.
@@ -42,13 +42,13 @@ def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> De
     )
 
 
-def coasts_when_cut(configuration: Configuration | None, speed: float) -> str:
+def describe_coasting(configuration: Configuration | None, speed: float) -> str:
     """Return what to say of a robot at a speed (m/s) that goes on for long where its line is cut,
     "" where it does not.
 
     No command of a client sets the time: it is a parameter in the robot's FLASH.
 
-    >>> coasts_when_cut(None, 0.05)
+    >>> describe_coasting(None, 0.05)
     ''
     """
     watchdog_ms = None if configuration is None else configuration.watchdog_ms
@@ -86,7 +86,7 @@ class ConnectedRobot(Protocol):
     def configuration(self) -> Configuration | None:
         """The robot's CONFIG report; None from old firmware."""
 
-    def true_pose(self) -> Pose2:
+    def ask_true_pose(self) -> Pose2:
         """Return the true pose of a simulated robot; DeviceTimeout if it is not reported."""
 
 
@@ -111,7 +111,7 @@ def check_start(robot: ConnectedRobot, start: Pose2, warn: Callable[[str], None]
     if not is_simulated(robot):
         return
     try:
-        true = robot.true_pose()
+        true = robot.ask_true_pose()
     except DeviceTimeout:
         warn("the simulated robot does not report its true pose: check that --start is right")
         return
@@ -125,7 +125,7 @@ def check_start(robot: ConnectedRobot, start: Pose2, warn: Callable[[str], None]
     )
 
 
-def camera_and_optics(
+def choose_camera_and_optics(
     robot: ConnectedRobot,
     address: str,
     camera: str | None,

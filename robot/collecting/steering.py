@@ -74,9 +74,9 @@ def along(
     distance = math.hypot(ahead.x, ahead.y)
     angle = math.atan2(ahead.y, ahead.x)
     if abs(angle) > (TURN_UNTIL if progress.turning else TURN_FROM):
-        turning = _slowed(angle, pace.turning, pace.turn_slowing, SLOWEST_TURN)
+        turning = _slow_down(angle, pace.turning, pace.turn_slowing, SLOWEST_TURN)
         return Motion(0.0, turning), replace(progress, turning=True)
-    speed = _slowed(left, pace.speed, pace.slowing, SLOWEST)
+    speed = _slow_down(left, pace.speed, pace.slowing, SLOWEST)
     # The circle through here, along the heading, to the point ahead has curvature 2 sin a / d.
     curvature = 2 * math.sin(angle) / distance
     if abs(speed * curvature) > pace.turning:
@@ -89,10 +89,10 @@ def turn_to_heading(here: Pose2, heading: float, pace: Pace) -> Motion | None:
     off = math.remainder(heading - here.heading, 2 * math.pi)
     if abs(off) <= HEADING_TOLERANCE:
         return None
-    return Motion(0.0, _slowed(off, pace.turning, pace.turn_slowing, SLOWEST_TURN))
+    return Motion(0.0, _slow_down(off, pace.turning, pace.turn_slowing, SLOWEST_TURN))
 
 
-def _slowed(left: float, largest: float, slowing: float, least: float) -> float:
+def _slow_down(left: float, largest: float, slowing: float, least: float) -> float:
     """Return the speed from which one can still stop in what is left, with its sign."""
     # v² = 2 a s
     return math.copysign(max(min(largest, math.sqrt(2 * slowing * abs(left))), least), left)

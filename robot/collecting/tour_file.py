@@ -19,7 +19,7 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.types import FloatArray, Pose
 from facetlog.regular_file import read_regular_text
-from facetlog.robot.recording import pan_tilt_angles
+from facetlog.robot.recording import compute_pan_tilt_angles
 from facetlog.robot.tour import tour_poses
 
 PAPER_TOUR = "paper"
@@ -49,7 +49,7 @@ class TourView:
     @property
     def skewed(self) -> bool:
         """Whether the picture is to be turned about the line of sight."""
-        return abs(pan_tilt_angles(self.pose)[2]) > SMALL_SKEW
+        return abs(compute_pan_tilt_angles(self.pose)[2]) > SMALL_SKEW
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,7 +82,7 @@ class Tour:
         return point if 2 * towards > len(self.views) else None
 
 
-def paper_tour() -> Tour:
+def make_paper_tour() -> Tour:
     """Return the 24 views of the paper's figure 8 in metres; see robot/tour.py."""
     poses = tour_poses()
     return Tour(
@@ -118,7 +118,7 @@ def read_tour(path: Path, *, unit: float | None = None) -> Tour:
 
 
 def _read_rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
-    """Line number and fields of each pose, its columns checked."""
+    """Iterate over line number and fields of each pose, its columns checked."""
     try:
         text = read_regular_text(path)
     except FileNotFoundError as exc:

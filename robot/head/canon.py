@@ -83,7 +83,7 @@ class Answer:
     data: bytes = b""
 
     def to_bytes(self) -> bytes:
-        """As it goes over the line.
+        """Return as it goes over the line.
 
         >>> Answer(CanonError.BUSY).to_bytes().hex(" ")
         'fe 30 30 31 30 ef'
@@ -91,10 +91,10 @@ class Answer:
         return ANSWER_HEADER + bytes([self.error, 0x30]) + self.data + bytes([END])
 
 
-def hexadecimal(value: int, digits: int) -> bytes:
+def encode_hexadecimal(value: int, digits: int) -> bytes:
     """Return a number in ASCII; ValueError if it needs more digits.
 
-    >>> hexadecimal(613, 3)
+    >>> encode_hexadecimal(613, 3)
     b'265'
     """
     if not 0 <= value < 16**digits:
@@ -119,10 +119,10 @@ def encode_angle(counts: int) -> bytes:
     >>> encode_angle(800)
     b'8320'
     """
-    return hexadecimal(MIDDLE + counts, 4)
+    return encode_hexadecimal(MIDDLE + counts, 4)
 
 
-def position_of(data: bytes) -> tuple[int, int]:
+def parse_position(data: bytes) -> tuple[int, int]:
     """Pan and tilt in counts, of eight digits; CanonSyntaxError if they are not that."""
     if len(data) != 8:
         raise CanonSyntaxError(f"a position has 8 digits, not {len(data)}")
@@ -196,20 +196,20 @@ class CanonModel:
     @property
     def limits(self) -> HeadLimits:
         """How far it turns, in our signs and units."""
-        pan, _ = angles_of(-self.pan_limit, 0)
+        pan, _ = counts_to_angles(-self.pan_limit, 0)
         step = math.radians(1 / COUNTS_PER_DEGREE)
         return HeadLimits(
             pan_min=-pan,
             pan_max=pan,
-            tilt_min=angles_of(0, self.tilt_lowest)[1],
-            tilt_max=angles_of(0, self.tilt_highest)[1],
+            tilt_min=counts_to_angles(0, self.tilt_lowest)[1],
+            tilt_max=counts_to_angles(0, self.tilt_highest)[1],
             pan_step=step,
             tilt_step=step,
             zoom_max=self.zoom_highest,
         )
 
 
-def counts_of(pan: float, tilt: float) -> tuple[int, int]:
+def angles_to_counts(pan: float, tilt: float) -> tuple[int, int]:
     """Nearest counts of angles in radians, pan left positive; within half a count."""
     return (
         round(-math.degrees(pan) * COUNTS_PER_DEGREE),
@@ -217,7 +217,7 @@ def counts_of(pan: float, tilt: float) -> tuple[int, int]:
     )
 
 
-def angles_of(pan: float, tilt: float) -> tuple[float, float]:
+def counts_to_angles(pan: float, tilt: float) -> tuple[float, float]:
     """Convert counts to radians, pan left positive."""
     return -math.radians(pan / COUNTS_PER_DEGREE), math.radians(tilt / COUNTS_PER_DEGREE)
 

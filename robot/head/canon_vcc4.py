@@ -28,14 +28,14 @@ from facetlog.robot.head.canon import (
     CanonCommand,
     CanonError,
     CanonSyntaxError,
-    angles_of,
-    counts_of,
+    angles_to_counts,
+    counts_to_angles,
     encode_angle,
     encode_command,
-    hexadecimal,
+    encode_hexadecimal,
     number,
     parse_answer,
-    position_of,
+    parse_position,
 )
 from facetlog.robot.head.head import (
     READ_ATTEMPTS,
@@ -176,8 +176,8 @@ YES = b"1"
 THIS_LINE = b"0"
 FIRST = b"0"
 SETTINGS: tuple[tuple[CanonCommand, bytes], ...] = (
-    (CanonCommand.PAN_SPEED, hexadecimal(REACH.fastest_pan, 3)),
-    (CanonCommand.TILT_SPEED, hexadecimal(REACH.fastest_tilt, 3)),
+    (CanonCommand.PAN_SPEED, encode_hexadecimal(REACH.fastest_pan, 3)),
+    (CanonCommand.TILT_SPEED, encode_hexadecimal(REACH.fastest_tilt, 3)),
     (CanonCommand.RANGE, b"1" + encode_angle(REACH.tilt_lowest) + encode_angle(REACH.tilt_highest)),
 )
 """What is set after switching on: as fast as it can, and as far up as it can."""
@@ -241,8 +241,8 @@ class CanonVcC4:
         zoomed_by = self._clock.now() + ZOOM_S
         (self._zoom,) = self._perform(
             CanonCommand.ZOOM,
-            hexadecimal(WIDEST, 4),
-            lambda: self._zoom_counts(zoomed_by),
+            encode_hexadecimal(WIDEST, 4),
+            lambda: self._read_zoom_counts(zoomed_by),
             (WIDEST,),
             NEAR_ZOOM,
             zoomed_by,
@@ -255,7 +255,7 @@ class CanonVcC4:
         `timeout` seconds; DeviceError if it refuses or comes to stand elsewhere.
         """
         self.limits.check(pan, tilt)
-        goal_pan, goal_tilt = counts_of(pan, tilt)
+        goal_pan, goal_tilt = angles_to_counts(pan, tilt)
         goal_pan = max(-REACH.pan_limit, min(goal_pan, REACH.pan_limit))
         goal_tilt = max(REACH.tilt_lowest, min(goal_tilt, REACH.tilt_highest))
         goal = (goal_pan, goal_tilt)
@@ -275,7 +275,7 @@ class CanonVcC4:
     def _state(self, here: Counts) -> HeadState:
         pan, tilt = here
         return HeadState(
-            *angles_of(pan, tilt), self._zoom, self._clock.now(), reported=self.answers
+            *counts_to_angles(pan, tilt), self._zoom, self._clock.now(), reported=self.answers
         )
 
     def _find_out(self) -> bool:
@@ -298,7 +298,9 @@ class CanonVcC4:
         self._line.send_unanswered(CanonCommand.INITIALIZE, FIRST, MIDDLE_S)
         for command, parameters in SETTINGS:
             self._line.send_unanswered(command, parameters)
-        self._line.send_unanswered(CanonCommand.ZOOM, hexadecimal(WIDEST, 4), UNREPORTED_ZOOM_S)
+        self._line.send_unanswered(
+            CanonCommand.ZOOM, encode_hexadecimal(WIDEST, 4), UNREPORTED_ZOOM_S
+        )
         self._commanded = (0, 0)
 
     def _look_unanswered(self, goal: Counts, timeout: float) -> HeadState:
@@ -331,12 +333,12 @@ class CanonVcC4:
         return self._line.insist(
             CanonCommand.POSITION_REQUEST,
             data=POSITION_BYTES - ACK_BYTES,
-            decode=position_of,
+            decode=parse_position,
             deadline=deadline,
             starting=starting,
         )
 
-    def _zoom_counts(self, deadline: float) -> Counts:
+    def _read_zoom_counts(self, deadline: float) -> Counts:
         counts = self._line.insist(
             CanonCommand.ZOOM_REQUEST,
             FIRST,

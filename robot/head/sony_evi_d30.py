@@ -47,8 +47,8 @@ from facetlog.robot.head.visca import (
     ViscaSyntaxError,
     ZoomTo,
     number,
+    parse_position,
     parse_reply,
-    position_of,
     to_bytes,
 )
 
@@ -207,7 +207,7 @@ class SonyEviD30:
         self._model = self._ask_model()
         zoomed_by = self._clock.now() + ZOOM_S
         (self._zoom,) = self._perform(
-            ZoomTo(WIDEST), self._zoom_counts, (WIDEST,), (NEAR_ZOOM,), zoomed_by
+            ZoomTo(WIDEST), self._read_zoom_counts, (WIDEST,), (NEAR_ZOOM,), zoomed_by
         )
 
     def look(self, pan: float, tilt: float, timeout: float = 10.0) -> HeadState:
@@ -241,7 +241,7 @@ class SonyEviD30:
         while True:
             power = self._line.ask(Inquiry.POWER, POWER_BYTES, bytes)
             if power in (ON, Failed(ViscaError.SYNTAX)):  # without stand-by there is nothing to ask
-                position = self._line.ask(Inquiry.POSITION, POSITION_BYTES, position_of)
+                position = self._line.ask(Inquiry.POSITION, POSITION_BYTES, parse_position)
                 if not isinstance(position, Failed):
                     return
             else:
@@ -254,7 +254,7 @@ class SonyEviD30:
             self._line.pause()
 
     def _ask_model(self) -> SonyModel:
-        version = self._inquired(Inquiry.VERSION, VERSION_BYTES, Version.of)
+        version = self._insist_on_answer(Inquiry.VERSION, VERSION_BYTES, Version.of)
         model = SONY_MODELS.get(version.model)
         if model is None:
             known = ", ".join(f"{model.name} ({word:04X})" for word, model in SONY_MODELS.items())
@@ -265,12 +265,12 @@ class SonyEviD30:
         return model
 
     def _position(self) -> Counts:
-        return self._inquired(Inquiry.POSITION, POSITION_BYTES, position_of)
+        return self._insist_on_answer(Inquiry.POSITION, POSITION_BYTES, parse_position)
 
-    def _zoom_counts(self) -> Counts:
-        return (self._inquired(Inquiry.ZOOM, ZOOM_BYTES, number),)
+    def _read_zoom_counts(self) -> Counts:
+        return (self._insist_on_answer(Inquiry.ZOOM, ZOOM_BYTES, number),)
 
-    def _inquired(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T:
+    def _insist_on_answer(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T:
         """Return the answer; DeviceError if the head refuses it repeatedly."""
         reply = self._line.ask(inquiry, length, decode)
         for _ in range(ATTEMPTS - 1):

@@ -94,10 +94,10 @@ PAN_WAYS: Final = {-1: 1, 1: 2, 0: STOPPED}  # left, right
 TILT_WAYS: Final = {1: 1, -1: 2, 0: STOPPED}  # up, down
 
 
-def nibbles(value: int) -> bytes:
-    """Four bytes with a half byte each, of a number of 16 bits with or without a sign.
+def encode_nibbles(value: int) -> bytes:
+    """Return four bytes with a half byte each, of a number of 16 bits with or without a sign.
 
-    >>> nibbles(-120).hex(" ")
+    >>> encode_nibbles(-120).hex(" ")
     '0f 0f 08 08'
     """
     if not -0x8000 <= value <= 0xFFFF:
@@ -128,11 +128,16 @@ def to_bytes(command: Command, *, broadcast: bool = False) -> bytes:
 def _body(command: Command) -> bytes:
     match command:
         case AbsoluteMove(pan, tilt, pan_speed, tilt_speed):
-            return ABSOLUTE + bytes([pan_speed, tilt_speed]) + nibbles(pan) + nibbles(tilt)
+            return (
+                ABSOLUTE
+                + bytes([pan_speed, tilt_speed])
+                + encode_nibbles(pan)
+                + encode_nibbles(tilt)
+            )
         case Drive(pan, tilt, pan_speed, tilt_speed):
             return DRIVE + bytes([pan_speed, tilt_speed, PAN_WAYS[pan], TILT_WAYS[tilt]])
         case ZoomTo(counts):
-            return ZOOM_TO + nibbles(counts)
+            return ZOOM_TO + encode_nibbles(counts)
         case Power(on):
             return POWER + bytes([ON if on else OFF])
         case AddressSet():
@@ -171,7 +176,7 @@ def _command(body: bytes) -> Command:
 def _move(data: bytes) -> AbsoluteMove:
     if len(data) != 10:
         raise ViscaSyntaxError(f"a move has 10 bytes, not {len(data)}")
-    return AbsoluteMove(number(data[2:6]), number(data[6:]), *_speeds(data))
+    return AbsoluteMove(number(data[2:6]), number(data[6:]), *_parse_speeds(data))
 
 
 def _drive(data: bytes) -> Drive:
@@ -179,10 +184,10 @@ def _drive(data: bytes) -> Drive:
         raise ViscaSyntaxError(f"{data.hex(' ')} is no way to drive")
     pan = next(way for way, byte in PAN_WAYS.items() if byte == data[2])
     tilt = next(way for way, byte in TILT_WAYS.items() if byte == data[3])
-    return Drive(pan, tilt, *_speeds(data))
+    return Drive(pan, tilt, *_parse_speeds(data))
 
 
-def _speeds(data: bytes) -> tuple[int, int]:
+def _parse_speeds(data: bytes) -> tuple[int, int]:
     if not (1 <= data[0] <= FASTEST_PAN and 1 <= data[1] <= FASTEST_TILT):
         raise ViscaSyntaxError(f"speeds {data[0]:02X}h, {data[1]:02X}h are out of range")
     return data[0], data[1]
@@ -298,12 +303,12 @@ class Version:
         return cls(vendor, model, firmware, sockets=data[6])
 
     def to_bytes(self) -> bytes:
-        """As in the answer."""
+        """Return as in the answer."""
         words = (self.vendor, self.model, self.firmware)
         return b"".join(word.to_bytes(2) for word in words) + bytes([self.sockets])
 
 
-def position_of(data: bytes) -> tuple[int, int]:
+def parse_position(data: bytes) -> tuple[int, int]:
     """Pan and tilt in counts, of a position inquiry's data; ViscaSyntaxError if it is none."""
     if len(data) != 8:
         raise ViscaSyntaxError(f"a position has 8 bytes, not {len(data)}")

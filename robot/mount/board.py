@@ -48,14 +48,16 @@ class Board:
     def picture(self) -> Image:
         """Return the board to be printed, grey; its squares are 120 pixels wide."""
         size = (self.across * SQUARE_PX, self.down * SQUARE_PX)
-        return np.asarray(self._charuco().generateImage(size), dtype=np.uint8)
+        return np.asarray(self._make_charuco_board().generateImage(size), dtype=np.uint8)
 
     def corners(self, image: Image) -> Corners | None:
         """Return the inner corners that a picture shows, to a tenth of a pixel; None if too few."""
         grey = image
         if image.ndim == 3:
             grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-        found, numbers, _, _ = cv2.aruco.CharucoDetector(self._charuco()).detectBoard(grey)
+        found, numbers, _, _ = cv2.aruco.CharucoDetector(self._make_charuco_board()).detectBoard(
+            grey
+        )
         if found is None or numbers is None or len(numbers) < LEAST_CORNERS:
             return None
         index = np.asarray(numbers).ravel()
@@ -64,7 +66,7 @@ class Board:
         points = self.square * places.astype(np.float64)
         return Corners(points, np.asarray(found, dtype=np.float64).reshape(-1, 2))
 
-    def _charuco(self) -> cv2.aruco.CharucoBoard:
+    def _make_charuco_board(self) -> cv2.aruco.CharucoBoard:
         return cv2.aruco.CharucoBoard(
             (self.across, self.down),
             self.square,
@@ -73,8 +75,8 @@ class Board:
         )
 
 
-def straight_pixels(optics: Optics, pixels: FloatArray) -> FloatArray:
-    """Pixels (n, 2) as the pinhole without its lens's distortion would have shown them."""
+def undistort_pixels(optics: Optics, pixels: FloatArray) -> FloatArray:
+    """Return pixels (n, 2) as the pinhole without its lens's distortion would have shown them."""
     if optics.model == "PINHOLE":
         return pixels
     names = ("k1", "k2", "k3", "k4") if optics.model == "OPENCV_FISHEYE" else ()

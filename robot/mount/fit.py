@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError
 from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.mount.board import Corners
-from facetlog.robot.mount.kinematics import Gaze, camera_frames, camera_pose
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, compute_camera_frames
 from facetlog.robot.mount.mount import LENGTHS, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 
@@ -63,7 +63,7 @@ class MountFit:
     sightings: int
 
 
-def board_place(corners: Corners, camera: Camera, seen_from: Pose) -> Pose | None:
+def find_board_pose(corners: Corners, camera: Camera, seen_from: Pose) -> Pose | None:
     """Return the board's pose in the world from one picture (its frame is that of `Board`)."""
     done, turn, shift = cv2.solvePnP(
         corners.points, corners.pixels, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE
@@ -106,11 +106,11 @@ def fit_mount(
     open_ones = tuple(
         name
         for name, sd in zip(PARAMETERS, sds, strict=True)
-        if sd > UNDETERMINED * _prior_sd(name)
+        if sd > UNDETERMINED * _find_prior_sd(name)
     )
     values = np.array(prior.values) + found.x[: len(PARAMETERS)]
     kept = [name in open_ones for name in PARAMETERS]
-    mount = prior.with_values(tuple(np.where(kept, prior.values, values).tolist()))
+    mount = prior.replace_values(tuple(np.where(kept, prior.values, values).tolist()))
     deviations = tuple(np.where(kept, prior.sds, sds).tolist())
     return MountFit(replace(mount, sds=deviations), open_ones, rms, len(sightings))
 
@@ -119,12 +119,12 @@ def fit_mount(
 MEDIAN_CHI2_1 = 0.4549
 
 
-def _prior_sd(name: str) -> float:
+def _find_prior_sd(name: str) -> float:
     return PRIOR_LENGTH_SD if name in LENGTHS else PRIOR_ANGLE_SD
 
 
 def _compute_whitening(sightings: Sequence[Sighting], station: int) -> FloatArray:
-    """W (3, 3) with Wᵀ W the inverse of the covariance of a station's place."""
+    """Return w (3, 3) with Wᵀ W the inverse of the covariance of a station's place."""
     odometry = next(s.covariance for s in sightings if s.station == station)
     covariance = odometry + np.diag([PLACE_SD**2, PLACE_SD**2, HEADING_SD**2])
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
@@ -142,7 +142,7 @@ class _Problem:
     ) -> None:
         self.camera, self.prior, self.height = camera, prior, board_height
         first = sightings[0]
-        place = board_place(first.corners, camera, camera_pose(first.robot, prior, first.gaze))
+        place = find_board_pose(first.corners, camera, camera_pose(first.robot, prior, first.gaze))
         if place is None:
             raise InputError("the first picture of the board gives no pose: take it from nearer")
         self.board = place
@@ -158,7 +158,7 @@ class _Problem:
         )
         self.start = np.zeros(len(PARAMETERS) + 6 + 3 * len(self.stations))
         self.pixel_count = self.pixels.size
-        self.prior_sds = np.array([_prior_sd(name) for name in PARAMETERS])
+        self.prior_sds = np.array([_find_prior_sd(name) for name in PARAMETERS])
         self.owners, self.owned = self._owners()
 
     def _owners(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
@@ -175,13 +175,17 @@ class _Problem:
         return np.maximum(owners, 0), owners >= 0
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """Pixels, then priors, all in standard deviations."""
+        """Return pixels, then priors, all in standard deviations."""
         numbers = len(PARAMETERS)
-        mount = self.prior.with_values(tuple((np.array(self.prior.values) + x[:numbers]).tolist()))
+        mount = self.prior.replace_values(
+            tuple((np.array(self.prior.values) + x[:numbers]).tolist())
+        )
         turn = Rotation.from_rotvec(x[numbers : numbers + 3]).as_matrix() @ self.board.rotation
         origin = self.board.centre + x[numbers + 3 : numbers + 6]
         changes = x[numbers + 6 :].reshape(-1, 3)
-        rotations, centres = camera_frames(self.places + changes[self.station], mount, self.gazes)
+        rotations, centres = compute_camera_frames(
+            self.places + changes[self.station], mount, self.gazes
+        )
         corners = self.points @ turn.T + origin - centres[self.picture]
         seen = np.einsum("nji,nj->ni", rotations[self.picture], corners)
         focal = np.array([self.camera.fx, self.camera.fy])
@@ -194,7 +198,7 @@ class _Problem:
         return np.concatenate(parts)
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        """Derivatives of the residuals by differences; all stations are moved at once.
+        """Return derivatives of the residuals by differences; all stations are moved at once.
 
         A residual depends only on its own station's pose, so three moves are enough for all.
         """

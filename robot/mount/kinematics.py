@@ -34,7 +34,7 @@ class Gaze:
 
 
 def _about(axis: int, angle: ArrayLike) -> FloatArray:
-    """Rotation(s) (..., 3, 3) about x (0), y (1) or z (2) by angle(s) (...)."""
+    """Return rotation(s) (..., 3, 3) about x (0), y (1) or z (2) by angle(s) (...)."""
     turned = np.asarray(angle, dtype=np.float64)
     c, s = np.cos(turned), np.sin(turned)
     matrix = np.zeros((*turned.shape, 3, 3))
@@ -45,48 +45,50 @@ def _about(axis: int, angle: ArrayLike) -> FloatArray:
     return matrix
 
 
-def _robot_from_head(mount: Mount) -> FloatArray:
+def _rotate_robot_from_head(mount: Mount) -> FloatArray:
     return _about(2, mount.yaw) @ _about(1, mount.pitch) @ _about(0, mount.roll)
 
 
-def _head_from_axes(mount: Mount, pan: ArrayLike, tilt: ArrayLike) -> FloatArray:
+def _rotate_head_from_axes(mount: Mount, pan: ArrayLike, tilt: ArrayLike) -> FloatArray:
     """Return the frame that turns with both axes, x along the view if there is no skew."""
     raised = np.asarray(tilt, dtype=np.float64) + mount.tilt_zero
     return _about(2, pan) @ _about(1, -raised)
 
 
-def _pinhole_in_robot(mount: Mount, axes: FloatArray) -> FloatArray:
-    """(..., 3), for `_head_from_axes` (..., 3, 3)."""
+def _locate_pinhole_in_robot(mount: Mount, axes: FloatArray) -> FloatArray:
+    """(..., 3), for `_rotate_head_from_axes` (..., 3, 3)."""
     offset = np.array([mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up])
-    return np.asarray([mount.x, mount.y, mount.z] + _robot_from_head(mount) @ axes @ offset)
+    return np.asarray([mount.x, mount.y, mount.z] + _rotate_robot_from_head(mount) @ axes @ offset)
 
 
-def camera_frames(
+def compute_camera_frames(
     places: FloatArray, mount: Mount, gazes: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Rotations (..., 3, 3) and centres (..., 3) of cameras, as in `camera_pose`.
+    """Return rotations (..., 3, 3) and centres (..., 3) of cameras, as in `camera_pose`.
 
     `places` (..., 3) are x, y, heading of the robot, `gazes` (..., 2) pan and tilt.
     """
     turn = _about(2, places[..., 2])
-    axes = _head_from_axes(mount, gazes[..., 0], gazes[..., 1])
-    rotation = turn @ _robot_from_head(mount) @ axes @ _about(0, mount.skew) @ AHEAD_FROM_CAMERA
-    centre = (turn @ _pinhole_in_robot(mount, axes)[..., None])[..., 0]
+    axes = _rotate_head_from_axes(mount, gazes[..., 0], gazes[..., 1])
+    rotation = (
+        turn @ _rotate_robot_from_head(mount) @ axes @ _about(0, mount.skew) @ AHEAD_FROM_CAMERA
+    )
+    centre = (turn @ _locate_pinhole_in_robot(mount, axes)[..., None])[..., 0]
     centre[..., :2] += places[..., :2]
     return rotation, centre
 
 
 def camera_pose(robot: Pose2, mount: Mount, gaze: Gaze) -> Pose:
-    """Pose of the camera in the world, of a robot at `robot` in the world.
+    """Return pose of the camera in the world, of a robot at `robot` in the world.
 
     >>> camera_pose(Pose2(1.0, 2.0, 0.0), Mount(z=0.7), Gaze(0.0, 0.0)).rotation @ [0, 0, 1]
     array([1., 0., 0.])
     """
     place = np.array([robot.x, robot.y, robot.heading])
-    return Pose(*camera_frames(place, mount, np.array([gaze.pan, gaze.tilt])))
+    return Pose(*compute_camera_frames(place, mount, np.array([gaze.pan, gaze.tilt])))
 
 
-def gaze_at(robot: Pose2, mount: Mount, point: FloatArray) -> Gaze:
+def find_gaze(robot: Pose2, mount: Mount, point: FloatArray) -> Gaze:
     """Return the angles at which the optical axis goes through `point` (3,) in the world."""
     turn = _about(2, robot.heading)
     place = np.array([robot.x, robot.y, 0.0])
@@ -115,19 +117,19 @@ def stand_for(
 
 
 def _pinhole(mount: Mount, gaze: Gaze) -> FloatArray:
-    return _pinhole_in_robot(mount, _head_from_axes(mount, gaze.pan, gaze.tilt))
+    return _locate_pinhole_in_robot(mount, _rotate_head_from_axes(mount, gaze.pan, gaze.tilt))
 
 
 def _find_gaze(turn: FloatArray, mount: Mount, direction: FloatArray) -> Gaze:
     """Return the angles at which the optical axis has a direction (3,) in the world."""
-    x, y, z = (turn @ _robot_from_head(mount)).T @ direction
+    x, y, z = (turn @ _rotate_robot_from_head(mount)).T @ direction
     return Gaze(float(np.arctan2(y, x)), float(np.arctan2(z, np.hypot(x, y))) - mount.tilt_zero)
 
 
-def pose_covariance(
+def compute_pose_covariance(
     robot: Pose2, odometry: FloatArray, mount: Mount, gaze: Gaze, head_sd: float
 ) -> FloatArray:
-    """Covariance (6, 6) of the camera's pose in the world, to first order.
+    """Return covariance (6, 6) of the camera's pose in the world, to first order.
 
     Rows are x, y, z of the pinhole in metres, then a rotation vector in the world frame in radians.
     `odometry` (3, 3) is the covariance of the robot's x, y, heading in the world, `head_sd` the
@@ -140,7 +142,7 @@ def pose_covariance(
         place, turn, numbers = np.split(changes, np.cumsum(sizes)[:-1])
         pose = camera_pose(
             Pose2(robot.x + place[0], robot.y + place[1], robot.heading + place[2]),
-            mount.with_values(tuple((np.array(mount.values) + numbers).tolist())),
+            mount.replace_values(tuple((np.array(mount.values) + numbers).tolist())),
             Gaze(gaze.pan + turn[0], gaze.tilt + turn[1]),
         )
         turned = Rotation.from_matrix(pose.rotation @ centre.rotation.T).as_rotvec()

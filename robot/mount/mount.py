@@ -13,7 +13,7 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.regular_file import read_regular_text
-from facetlog.toml_text import toml_fields
+from facetlog.toml_text import parse_toml_fields
 
 LENGTHS = ("x", "y", "z", "pinhole_ahead", "pinhole_left", "pinhole_up")
 ANGLES = ("yaw", "pitch", "roll", "tilt_zero", "skew")
@@ -50,7 +50,7 @@ class Mount:
         """The eleven numbers, in the order of `PARAMETERS`."""
         return tuple(getattr(self, name) for name in PARAMETERS)
 
-    def with_values(self, values: tuple[float, ...]) -> "Mount":
+    def replace_values(self, values: tuple[float, ...]) -> "Mount":
         """Return the mount with other numbers and the same deviations."""
         changed = dict(zip(PARAMETERS, values, strict=True))
         kept: dict[str, tuple[float, ...]] = {"sds": self.sds}
@@ -72,7 +72,7 @@ def _key(name: str) -> str:
     return f"{name}_deg" if name in ANGLES else name
 
 
-def mount_text(mount: Mount, *, remarks: tuple[str, ...] = ()) -> str:
+def format_mount(mount: Mount, *, remarks: tuple[str, ...] = ()) -> str:
     """Return the mount as TOML, in metres and degrees; `remarks` are put before it as comments."""
     head = ("# Where the camera head sits on the robot: metres and degrees.", *remarks)
     lines = [line if line.startswith("#") else f"# {line}" for line in head]
@@ -98,7 +98,7 @@ def read_mount(path: Path) -> Mount:
         ) from exc
     except (OSError, UnicodeDecodeError) as exc:
         raise InputError(f"{path}: cannot be read: {exc}") from exc
-    tables = toml_fields(text, str(path))
+    tables = parse_toml_fields(text, str(path))
     for name in tables:
         if name not in ("mount", "sd"):
             raise InputError(f"{path}: there is no table {name!r:.40}: use [mount] and [sd]")
@@ -106,7 +106,7 @@ def read_mount(path: Path) -> Mount:
     sds = _numbers(tables.get("sd", {}), DEFAULT_MOUNT.sds, f"{path}: [sd]")
     if min(sds) < 0:
         raise CalibrationError(f"{path}: [sd]: a standard deviation is not negative")
-    return replace(DEFAULT_MOUNT.with_values(values), sds=sds)
+    return replace(DEFAULT_MOUNT.replace_values(values), sds=sds)
 
 
 def _numbers(table: object, instead: tuple[float, ...], where: str) -> tuple[float, ...]:

@@ -15,7 +15,7 @@ from facetlog.robot.pioneer.packets.reports import (
     Configuration,
     Names,
 )
-from facetlog.robot.pioneer.parameters import MODELS, Parameters, parameters_of
+from facetlog.robot.pioneer.parameters import MODELS, Parameters, find_parameters
 from facetlog.robot.pioneer.traffic import TrafficLog
 
 READ_TIMEOUT = 0.05
@@ -35,9 +35,9 @@ class Connected:
 
 
 def check_model(model: str) -> Parameters:
-    """Parameters of a model that a user names; InputError with those that there are."""
+    """Return parameters of a model that a user names; InputError with those that there are."""
     try:
-        return parameters_of(model)
+        return find_parameters(model)
     except KeyError:
         raise InputError(
             f"{model!r} is no model that is known; there are {', '.join(MODELS)}"
@@ -66,7 +66,7 @@ def connect_over(
         raise type(error)(f"{port.address}: {error}") from None
     names = handshake.names
     try:
-        parameters = given or parameters_of(names.subclass)
+        parameters = given or find_parameters(names.subclass)
     except KeyError:
         _close_session(port, clock, log)
         raise DeviceError(
@@ -124,4 +124,4 @@ def _close_session(port: Port, clock: Callable[[], float], log: TrafficLog | Non
 def _write(port: Port, action: Write, clock: Callable[[], float], log: TrafficLog | None) -> None:
     port.write(action.data)
     if log is not None:
-        log.outgoing(clock(), action.data, action.name)
+        log.log_outgoing(clock(), action.data, action.name)

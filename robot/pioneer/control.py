@@ -81,14 +81,14 @@ class Motion:
     def stopping(self) -> list[Packet]:
         """Return the packets that stop the robot as it was commanded last, hard if it must be."""
         zeros = [make_integer_command(Command.VEL, 0), make_integer_command(Command.RVEL, 0)]
-        hard = not self._limits.brakes_in_time(*self.commanded)
+        hard = not self._limits.can_brake_in_time(*self.commanded)
         return [make_plain_command(Command.ESTOP), *zeros] if hard else zeros
 
     @property
     def due(self) -> float:
         """When `advance` is to be called at the latest."""
-        if self._integers() != self._sent:
-            return self._pair_at + (SPACING if any(self._integers()) else 0.0)
+        if self._round_speeds() != self._sent:
+            return self._pair_at + (SPACING if any(self._round_speeds()) else 0.0)
         if any(self._sent):
             return min(self._pair_at + REPEAT, self._until)
         if not self._stands:
@@ -112,7 +112,7 @@ class Motion:
         `hard`: with an emergency stop; `in_time`: with one if the robot would otherwise not stand
         within `BRAKING_TIME`.
         """
-        hard = hard or (in_time and not self._limits.brakes_in_time(*self.commanded))
+        hard = hard or (in_time and not self._limits.can_brake_in_time(*self.commanded))
         self._wanted, self._alive = (0.0, 0.0), None
         self._zeros, self._stands = 0, False
         self._hard = self._hard or hard
@@ -135,13 +135,13 @@ class Motion:
         """
         return now - self._last_out >= self._gap
 
-    def before_other(self, now: float) -> list[Packet]:
+    def list_packets_before(self, now: float) -> list[Packet]:
         """Return the packets that must precede another part's packet at `now`."""
-        packets = self._zeros_first(now)
+        packets = self._send_zeros_after_gap(now)
         self._last_out = now
         return packets
 
-    def went_out(self, packet: Packet) -> None:
+    def replay_outgoing(self, packet: Packet) -> None:
         """Update the commanded speeds from a packet, in the replay of a log."""
         if packet.kind in (Command.VEL, Command.RVEL):
             value = read_argument(packet)
@@ -151,7 +151,7 @@ class Motion:
 
     def advance(self, now: float) -> list[Packet]:
         """Return the packets to send at `now`."""
-        packets = self._zeros_first(now)
+        packets = self._send_zeros_after_gap(now)
         if packets:
             return packets
         self._check_lease(now)
@@ -160,13 +160,13 @@ class Motion:
             return [make_plain_command(Command.ESTOP), *self._pair((0, 0), now)]
         if now < self.due:
             return []
-        wanted = self._integers()
+        wanted = self._round_speeds()
         if wanted != self._sent or any(wanted) or not self._stands:
             return self._pair(wanted, now)
         self._last_out = now
         return [make_plain_command(Command.PULSE)]
 
-    def _zeros_first(self, now: float) -> list[Packet]:
+    def _send_zeros_after_gap(self, now: float) -> list[Packet]:
         if not self.held_up(now):
             return []
         if any(self._wanted) or any(self._sent):
@@ -194,7 +194,7 @@ class Motion:
             return
         self.rest(in_time=True)
 
-    def _integers(self) -> tuple[int, int]:
+    def _round_speeds(self) -> tuple[int, int]:
         return round(self._wanted[0] * 1e3), round(math.degrees(self._wanted[1]))
 
     def _pair(self, values: tuple[int, int], now: float) -> list[Packet]:
@@ -230,7 +230,7 @@ class Control:
         limits: Limits | None = None,
         errors: OdometryErrors | None = None,
     ) -> None:
-        self.limits = (limits or Limits()).of_robot(parameters, configuration)
+        self.limits = (limits or Limits()).restrict_to_robot(parameters, configuration)
         watchdog_ms = configuration.watchdog_ms if configuration else None
         self._watchdog = None if watchdog_ms is None else watchdog_ms / 1e3
         self.motion = Motion(now, self.limits, self._watchdog or WATCHDOG)
@@ -259,7 +259,7 @@ class Control:
         """The last thousand problems so far."""
         return tuple(self._problems)
 
-    def new_problems(self) -> list[Problem]:
+    def take_new_problems(self) -> list[Problem]:
         """Return the problems not returned before."""
         new = list(self._untold)
         self._untold.clear()
@@ -311,7 +311,7 @@ class Control:
         now: float,
         alive: Callable[[], bool] | None = None,
     ) -> tuple[float, float]:
-        """Commands speeds for `lease` seconds; returns them as clipped to the limits.
+        """Return commands speeds for `lease` seconds; returns them as clipped to the limits.
 
         DeviceError if the robot cannot be driven or was stopped; the text says what to do.
         """
@@ -347,7 +347,7 @@ class Control:
         """Clear the stop; a cause that still holds refuses the next drive."""
         self.halted = None
 
-    def switching(self, on: bool) -> list[Packet]:
+    def list_switching_packets(self, on: bool) -> list[Packet]:
         """Return the packets that switch the motors, to be sent slowly."""
         self.motion.rest()
         if not on:
@@ -355,19 +355,19 @@ class Control:
         self.halted = None
         return [*self._limit_settings, make_integer_command(Command.ENABLE, 1)]
 
-    def goes_out(self, packet: Packet) -> None:
+    def note_outgoing(self, packet: Packet) -> None:
         """Note that a packet of another part of the driver is sent now."""
         if packet.kind == Command.ENABLE:
             self._motors_wanted = bool(read_argument(packet))
             self._maker.motors_thought_on = None if self._motors_wanted else False
 
-    def went_out(self, packet: Packet) -> None:
-        """Notes, in the replay of a log, that a packet was sent."""
-        self.goes_out(packet)
-        self.motion.went_out(packet)
+    def replay_outgoing(self, packet: Packet) -> None:
+        """Note, in the replay of a log, that a packet was sent."""
+        self.note_outgoing(packet)
+        self.motion.replay_outgoing(packet)
 
     def parting(self) -> list[Packet]:
-        """Commands that restore the robot's own settings for its next client."""
+        """Return commands that restore the robot's own settings for its next client."""
         return self._restored_settings
 
     def check(self) -> None:
@@ -384,12 +384,12 @@ class Control:
             return
         not_stopped = isinstance(error, NotStoppedError)
         if not_stopped or (cause is Cause.LINK_LOST and isinstance(error, DeviceTimeout)):
-            error = type(error)(f"{error}{self._coasting()}")
+            error = type(error)(f"{error}{self._describe_coasting()}")
         self.lost = error
         self.motion.rest(in_time=True)
         self.say(Problem(cause, str(error), now, stopped=not not_stopped))
 
-    def _coasting(self) -> str:
+    def _describe_coasting(self) -> str:
         """Return how far the robot may go on by itself, "" if it stood by its last report."""
         if self.state is None or self.state.standing:
             return ""
@@ -405,7 +405,7 @@ class Control:
         )
 
     def say(self, *problems: Problem) -> None:
-        """Record problems for `problems` and `new_problems`."""
+        """Record problems for `problems` and `take_new_problems`."""
         self._problems.extend(problems)
         self._untold.extend(problems)
 

@@ -188,31 +188,32 @@ class ScaleCheck:
         self._turn.add(step.heading, *turnings, seconds)
         self._approach.add(state, ahead)
         if (factor := self._way.factor(SPAN, TOLERANCE)) is not None:
-            return self._way_text(factor, "its wheel speeds")
+            return self._describe_wrong_scale(factor, "its wheel speeds")
         if (factor := self._turn.factor(TURN_SPAN, TURN_TOLERANCE)) is not None:
             return (
                 f"its heading changes by {factor:.2f} times what its wheel speeds turn it: its"
-                f" scale is not that of a {self._parameters.name}; {self._way_out(None)}"
+                f" scale is not that of a {self._parameters.name}; {self._suggest_models(None)}"
             )
         if (factor := self._approach.factor()) is not None:
             self._approach = _Approach()  # the next begins when it stood again
             first, self._suspected = self._suspected, factor
             if first is not None and abs(factor / first - 1.0) <= TOLERANCE:
-                return self._way_text(factor, "its sonars' ranges ahead")
+                return self._describe_wrong_scale(factor, "its sonars' ranges ahead")
         return None
 
     def _turning(self, state: RobotState) -> float:
         difference = (state.right_speed - state.left_speed) / 2
         return difference * self._parameters.turning_per_speed
 
-    def _way_text(self, factor: float, what: str) -> str:
+    def _describe_wrong_scale(self, factor: float, what: str) -> str:
         unit = 1e3 * self._parameters.distance
         return (
             f"its positions change by {factor:.2f} times the way that {what} give: it does"
-            f" not count the {unit:.3g} mm of a {self._parameters.name}; {self._way_out(factor)}"
+            f" not count the {unit:.3g} mm of a {self._parameters.name}; "
+            f"{self._suggest_models(factor)}"
         )
 
-    def _way_out(self, factor: float | None) -> str:
+    def _suggest_models(self, factor: float | None) -> str:
         fit = () if factor is None else self._fitting(self._parameters.distance / factor)
         some = f" ({', '.join(fit)} would fit)" if fit else ""
         return f"see how far it really drove, and give its true model by --model{some}"
@@ -255,7 +256,7 @@ class Guard:
             *_find_bumps(state, before),
             *_find_stalls(state, before),
             *_find_switched_off(state, before, motors_wanted),
-            *self._battery(state),
+            *self._find_low_battery(state),
             *self._idle(state, commanded),
         ]
         return [Problem(cause, text, state.at, stopped=True) for cause, text in found]
@@ -267,18 +268,18 @@ class Guard:
         if state.motors_on is False:
             return MOTORS_OFF_TEXT
         if self._low_since is not None and state.at - self._low_since >= BATTERY_TIME:
-            return self._battery_text(state)
+            return self._describe_battery(state)
         if speed > 0 and any(state.front_bumpers):
             return "a front bumper is pressed: drive backward, or free the robot"
         if speed < 0 and any(state.rear_bumpers):
             return "a rear bumper is pressed: drive forward, or free the robot"
         return None
 
-    def _battery_text(self, state: RobotState) -> str:
+    def _describe_battery(self, state: RobotState) -> str:
         volts = f"{state.battery_v:.1f} V, limit {self._battery_v:.1f} V"
         return f"the battery is low ({volts}): charge it"
 
-    def _battery(self, state: RobotState) -> list[tuple[Cause, str]]:
+    def _find_low_battery(self, state: RobotState) -> list[tuple[Cause, str]]:
         if not 0 < state.battery_v < self._battery_v:
             self._low_since = None
             return []
@@ -287,7 +288,7 @@ class Guard:
         if self._battery_said or state.at - self._low_since < BATTERY_TIME:
             return []
         self._battery_said = True
-        return [(Cause.LOW_BATTERY, self._battery_text(state))]
+        return [(Cause.LOW_BATTERY, self._describe_battery(state))]
 
     def _idle(self, state: RobotState, commanded: tuple[float, float]) -> list[tuple[Cause, str]]:
         certain = abs(commanded[0]) >= CERTAIN_SPEED or abs(commanded[1]) >= CERTAIN_TURNING

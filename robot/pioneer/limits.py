@@ -48,7 +48,9 @@ class Limits:
         ):
             raise ValueError(f"a battery's limit is a voltage, not {self.battery_v}")
 
-    def of_robot(self, parameters: Parameters, configuration: Configuration | None) -> "Limits":
+    def restrict_to_robot(
+        self, parameters: Parameters, configuration: Configuration | None
+    ) -> "Limits":
         """Return the limits, no higher than the model and the robot itself allow."""
         speed, turning = parameters.speed_top, parameters.turning_top
         deceleration, turning_deceleration = self.deceleration, self.turning_deceleration
@@ -74,7 +76,8 @@ class Limits:
         )
 
     def clip(self, speed: float, turning: float) -> tuple[float, float]:
-        """Both speeds, scaled down by one factor to within the limits: the curve stays the same.
+        """Return both speeds, scaled down by one factor to within the limits: the curve stays the
+        same.
 
         ValueError if they are no numbers.
 
@@ -86,7 +89,7 @@ class Limits:
         share = max(1.0, abs(speed) / self.speed, abs(turning) / self.turning)
         return speed / share, turning / share
 
-    def brakes_in_time(self, speed: float, turning: float) -> bool:
+    def can_brake_in_time(self, speed: float, turning: float) -> bool:
         """Return whether the robot stands within `BRAKING_TIME` by its ordinary deceleration."""
         slack = 1 + 1e-9
         return (
@@ -110,7 +113,7 @@ READ_BACK = {
 
 
 def make_limit_settings(limits: Limits, configuration: Configuration | None) -> list[Packet]:
-    """Commands that make the robot keep to the limits, and stop where a bumper is pressed.
+    """Return commands that make the robot keep to the limits, and stop where a bumper is pressed.
 
     Bumpers that CONFIG does not list may be unconnected inputs.
     """
@@ -130,7 +133,7 @@ def make_limit_settings(limits: Limits, configuration: Configuration | None) -> 
 
 
 def make_restoring_settings(configuration: Configuration | None) -> list[Packet]:
-    """Commands that restore the settings of CONFIG; none for those that it does not have."""
+    """Return commands that restore the settings of CONFIG; none for those that it does not have."""
     if configuration is None:
         return []
     c = configuration

@@ -155,8 +155,10 @@ class Link:
                 with self._out:
                     with self.changed:
                         now = self._clock()
-                        data = _wire([*self.control.motion.before_other(now), packet])
-                        self.control.goes_out(packet)
+                        data = _join_packets(
+                            [*self.control.motion.list_packets_before(now), packet]
+                        )
+                        self.control.note_outgoing(packet)
                         self._note(now, data)
                     self._put(data)
 
@@ -223,25 +225,25 @@ class Link:
                     with self.changed:
                         lost_before = self.control.lost
                         now = self._clock()
-                        data = _wire(self.control.advance(now))
+                        data = _join_packets(self.control.advance(now))
                         self._note(now, data)
                         due = self.control.due
                         if self.control.lost is not lost_before:
                             self.changed.notify_all()
                         lease_end = self.control.motion.lease_end
-                        stopping = _wire(self.control.motion.stopping())
+                        stopping = _join_packets(self.control.motion.stopping())
                     self._put(data, lease_end, stopping)
                 self._wake.wait(min(LOOK_EVERY, max(0.001, due - self._clock())))
         except Exception as error:
             LOGGER.exception("the writer of the robot's line failed")
             with self._out:
-                self._put(_wire([make_plain_command(Command.STOP)]))
+                self._put(_join_packets([make_plain_command(Command.STOP)]))
             self._fail(DeviceError(f"the writer of the robot's line failed: {error!r}"))
 
     def _note(self, now: float, data: bytes) -> None:
         """Log what is sent under the lock, so that the log has the order of `Control`."""
         if data and self._log is not None:
-            self._log.outgoing(now, data)
+            self._log.log_outgoing(now, data)
 
     def _put(
         self, data: bytes, lease_end: float | None = None, stopping: bytes | None = None
@@ -267,7 +269,7 @@ class Link:
 
     def _notify(self) -> None:
         with self.changed:
-            problems, callbacks = self.control.new_problems(), tuple(self._callbacks)
+            problems, callbacks = self.control.take_new_problems(), tuple(self._callbacks)
         for problem in problems:
             LOGGER.info("%s", problem)
             for callback in callbacks:
@@ -281,7 +283,7 @@ class Link:
                             self.control.say(Problem(Cause.CALLBACK, text, self._clock()))
 
 
-def _wire(packets: Iterable[Packet]) -> bytes:
+def _join_packets(packets: Iterable[Packet]) -> bytes:
     return b"".join(packet.to_bytes() for packet in packets)
 
 

@@ -81,14 +81,14 @@ class Exchange(ABC):
     def advance(self, now: float) -> None:
         """Do what is due at `now` or was before."""
         while not self.over and now >= self.due:
-            self._late(self.due)
+            self._handle_timeout(self.due)
 
     @abstractmethod
     def _take(self, received: Received, now: float) -> None:
         """A packet has come."""
 
     @abstractmethod
-    def _late(self, now: float) -> None:
+    def _handle_timeout(self, now: float) -> None:
         """No answer has come in time."""
 
 
@@ -141,7 +141,7 @@ class Handshake(Exchange):
         self._closings = self._resets = 0
         self._noise = False
         self._nameless = self._close_may_be_sync2 = False
-        self._next_rate(now)
+        self._try_next_rate(now)
 
     def receive(self, data: bytes, now: float) -> None:
         """Take what came in, and go on to the next rate where that is noise alone."""
@@ -150,15 +150,15 @@ class Handshake(Exchange):
             strange = self.receiver.strange - self._strange_before
             if strange >= NOISE_BYTES and self._phase is _HandshakePhase.LISTENING:
                 self._noise = True
-                self._next_rate(now)
+                self._try_next_rate(now)
 
-    def _late(self, now: float) -> None:
+    def _handle_timeout(self, now: float) -> None:
         if self._phase is _HandshakePhase.SYNCHRONISING:
             self._missed(now)
         else:
             self._synchronise(0, now)
 
-    def _next_rate(self, now: float) -> None:
+    def _try_next_rate(self, now: float) -> None:
         self.baud = self._rates.pop(0) if self._rates else None
         if self.baud is not None:
             self._actions.append(SetBaud(self.baud))
@@ -175,12 +175,12 @@ class Handshake(Exchange):
     def _flush(self, seconds: float, now: float) -> None:
         self._phase, self.due = _HandshakePhase.FLUSHING, now + seconds
 
-    def _withdraw(self) -> None:
-        """Drops pending writes: SYNC0 must not be sent into an open session."""
+    def _drop_pending_writes(self) -> None:
+        """Drop pending writes: SYNC0 must not be sent into an open session."""
         self._actions = [each for each in self._actions if isinstance(each, SetBaud)]
 
     def _close(self, now: float, *, in_session: bool = False) -> None:
-        self._withdraw()
+        self._drop_pending_writes()
         commands = (Command.STOP, Command.CLOSE)
         data = b"".join(make_plain_command(each).to_bytes() for each in commands)
         self._actions.append(Write(data, "STOP, CLOSE"))
@@ -193,7 +193,7 @@ class Handshake(Exchange):
         tries = HEARD_TRIES if self._heard else SILENT_TRIES if searching else TRIES
         if self._misses >= tries:
             if searching and self._rates:
-                self._next_rate(now)
+                self._try_next_rate(now)
             else:
                 self._fail()
         elif self._step == 2 or self._misses > 1 or searching:
@@ -212,7 +212,7 @@ class Handshake(Exchange):
             # CLOSE has the number of SYNC2: a robot that waits for that takes it so, and answers.
             if self._close_may_be_sync2 and packet.kind == Report.SYNC2 and packet.payload:
                 self._step = 2
-                self._echoed(received, now)
+                self._take_echo(received, now)
             return
         if packet.kind in (Report.RESET_1, Report.RESET_2):
             self._resets += 1
@@ -227,9 +227,9 @@ class Handshake(Exchange):
             else:
                 self._close(now, in_session=True)
         elif self._phase is _HandshakePhase.SYNCHRONISING and packet.kind == self._step:
-            self._echoed(received, now)
+            self._take_echo(received, now)
 
-    def _echoed(self, received: Received, now: float) -> None:
+    def _take_echo(self, received: Received, now: float) -> None:
         if self._step < 2:
             self._synchronise(self._step + 1, now)
         elif received.packet.payload:
@@ -239,7 +239,7 @@ class Handshake(Exchange):
             self._nameless = True  # and wait: the names may follow what was an echo of the line
 
     def _fail(self) -> None:
-        self._withdraw()
+        self._drop_pending_writes()
         self.over = True
         if self._closings > CLOSINGS:
             self.failure = DeviceError(
@@ -336,7 +336,7 @@ class Opening(Exchange):
         self._write(make_integer_command(Command.CONFIG, 1))
         self.due = now + RETRY
 
-    def _late(self, now: float) -> None:
+    def _handle_timeout(self, now: float) -> None:
         self._tries += 1
         match self._phase:
             case _OpeningPhase.OPENING if self._tries > OPENINGS:
@@ -388,7 +388,7 @@ class Opening(Exchange):
                 self.configuration = Configuration.from_packet(packet)
             except PacketError:
                 return  # it is requested again
-            self._configured(now)
+            self._take_configuration(now)
         elif packet.kind in SIP_KINDS:
             if self._phase is _OpeningPhase.OPENING:
                 self._phase, self._tries = _OpeningPhase.ASKING, 1
@@ -399,7 +399,7 @@ class Opening(Exchange):
             elif self._phase is _OpeningPhase.BACK:
                 self.over = True
 
-    def _configured(self, now: float) -> None:
+    def _take_configuration(self, now: float) -> None:
         takes_it = self.configuration is not None and self.configuration.autobaud == AUTOBAUD
         if self._switch[0] == self._switch[1] or not takes_it:
             self.over = True

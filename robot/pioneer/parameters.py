@@ -149,10 +149,10 @@ _LISTED = (
 MODELS: Mapping[str, Parameters] = MappingProxyType({each.name: each for each in _LISTED})
 
 
-def parameters_of(subclass: str) -> Parameters:
+def find_parameters(subclass: str) -> Parameters:
     """Return the parameters of a model named in the answer to SYNC2; KeyError if it is unknown.
 
-    >>> parameters_of("P3DX").width
+    >>> find_parameters("P3DX").width
     0.425
     """
     return MODELS[subclass.strip().lower()]

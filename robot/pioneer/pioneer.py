@@ -80,7 +80,7 @@ class Pioneer:
         for received in connected.received:
             self._control.take(received)
         if isinstance(port, LineProcess):
-            port.part([packet.to_bytes() for packet in self._farewell()])
+            port.part([packet.to_bytes() for packet in self._list_closing_packets()])
         self._link = Link(port, self._control, connected.receiver, clock, log)
         self._closed = False
         self._close_lock = threading.Lock()
@@ -204,15 +204,15 @@ class Pioneer:
         return commanded
 
     def stop(self) -> None:
-        """Stops; the robot may be driven on. Does not wait: `wait_for(lambda s: s.standing, …)`."""
-        if self._mine():
+        """Stop; the robot may be driven on. Does not wait: `wait_for(lambda s: s.standing, …)`."""
+        if self._is_own_process():
             with self._link.changed:
                 self._control.stop()
             self._link.wake()
 
     def emergency_stop(self) -> None:
         """Stop as hard as it can; it is not driven on before `clear_stop`."""
-        if self._mine():
+        if self._is_own_process():
             with self._link.changed:
                 self._control.emergency_stop(self._clock())
             self._link.wake()
@@ -263,7 +263,7 @@ class Pioneer:
         self._check()
         return AuxLine(self._link, number)
 
-    def true_pose(self) -> Pose2:
+    def ask_true_pose(self) -> Pose2:
         """Return where a simulated robot truly is in its world; DeviceTimeout if it is not
         simulated.
         """
@@ -281,7 +281,7 @@ class Pioneer:
 
     def close(self) -> None:
         """Stop the robot, switch its motors off, end the session; again does no harm."""
-        if not self._mine():
+        if not self._is_own_process():
             return  # a fork: the robot and the line are its parent's
         with self._close_lock:
             if self._closed:
@@ -315,21 +315,23 @@ class Pioneer:
         with contextlib.suppress(DeviceError):
             self._switch(on=False, tries=OFF_TRIES, each=OFF_EACH)
         # Also where nothing is received any more: what is sent may still arrive.
-        off, *rest = self._farewell()
+        off, *rest = self._list_closing_packets()
         self._link.send_anyway(*zeros, off)
         self._link.send_anyway(*rest, slowly=True)
 
-    def _farewell(self) -> list[Packet]:
+    def _list_closing_packets(self) -> list[Packet]:
         """Return the commands that end a session: motors off, the robot's own settings, CLOSE."""
         off, close = make_integer_command(Command.ENABLE, 0), make_plain_command(Command.CLOSE)
         return [off, *self._control.parting(), close]
 
     def _switch(self, *, on: bool, tries: int, each: float) -> None:
         with self._link.changed:
-            packets = self._control.switching(on)
+            packets = self._control.list_switching_packets(on)
         self._link.wake()
         send_until_confirmed(
-            packets[:-1], lambda some: self._link.send(*some, slowly=True), self._configuration_now
+            packets[:-1],
+            lambda some: self._link.send(*some, slowly=True),
+            self._request_configuration,
         )
         # Where reports do not include it, wait at least for a report since the command.
         states = (on,) if self._control.reports_motors else ((None, True) if on else (False,))
@@ -340,8 +342,8 @@ class Pioneer:
         if not self._control.reports_motors:
             self._link.send(packets[-1])
 
-    def _configuration_now(self) -> Configuration | None:
-        """CONFIG with the present settings; None if it is not answered."""
+    def _request_configuration(self) -> Configuration | None:
+        """Return CONFIG with the present settings; None if it is not answered."""
         if self.configuration is None:
             return None
         question = make_integer_command(Command.CONFIG, 1)
@@ -358,11 +360,11 @@ class Pioneer:
         with self._link.changed:
             return self._link.wait_until(lambda: condition(self._last()), timeout)
 
-    def _mine(self) -> bool:
+    def _is_own_process(self) -> bool:
         return os.getpid() == self._process
 
     def _check(self) -> None:
-        if not self._mine():
+        if not self._is_own_process():
             raise DeviceError(
                 f"{self.address}: the connection belongs to the process that was forked; connect"
                 " again in this one"

@@ -46,7 +46,7 @@ class ReplayPort:
         self._now = session.start
 
     def clock(self) -> float:
-        """Seconds, on the clock of the log."""
+        """Return seconds, on the clock of the log."""
         return self._now
 
     def read(self, timeout: float) -> bytes:  # noqa: ARG002 - what was said does not wait
@@ -67,7 +67,7 @@ class ReplayPort:
         """Ignored."""
 
     def set_baud(self, baud: int) -> None:
-        """Forgets it."""
+        """Forget it."""
 
     def close(self) -> None:
         """End the log."""
@@ -109,7 +109,7 @@ def replay(path: Path | str, session: int = -1) -> ReplayPort:
     return ReplayPort(f"replay:{path}", found)
 
 
-def replayed_states(
+def iter_replayed_states(
     port: ReplayPort,
     *,
     errors: OdometryErrors | None = None,
@@ -124,18 +124,18 @@ def replayed_states(
         connected(found)
     control = Control(port.clock(), found.parameters, found.configuration, Limits(), errors)
     sent = Decoder()
-    yield from _states(control, found.received)
+    yield from _iter_states(control, found.received)
     for at, incoming, data in port.rest():
         if incoming:
             receiver = found.receiver
             received = receiver.feed(data, at) if data else receiver.idle(at) or ()
-            yield from _states(control, received)
+            yield from _iter_states(control, received)
         else:
             for each in sent.feed(data, at):
-                control.went_out(each.packet)
+                control.replay_outgoing(each.packet)
 
 
-def _states(control: Control, received: Iterable[Received]) -> Iterator[RobotState]:
+def _iter_states(control: Control, received: Iterable[Received]) -> Iterator[RobotState]:
     for each in received:
         before = control.state
         control.take(each)

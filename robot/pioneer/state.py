@@ -191,18 +191,18 @@ class Odometry:
     def _step(self, before: _Reading, now: _Reading) -> _Step:
         p = self._parameters
         return _Step(
-            self._difference(now.x, before.x) * p.distance,
-            self._difference(now.y, before.y) * p.distance,
+            self._subtract_positions(now.x, before.x) * p.distance,
+            self._subtract_positions(now.y, before.y) * p.distance,
             wrapped((now.heading - before.heading) * p.angle),
             now.at - before.at,
         )
 
-    def _difference(self, now: int, before: int) -> int:
+    def _subtract_positions(self, now: int, before: int) -> int:
         half = self._modulus // 2
         return (now - before + half) % self._modulus - half
 
     def _set_anew(self, before: _Reading, now: _Reading) -> None:
-        """Goes on from a reading in another frame, at the same pose."""
+        """Go on from a reading in another frame, at the same pose."""
         self._turn = self.pose.heading - now.heading * self._parameters.angle
         seconds = max(0.0, now.at - before.at)
         way = max(before.speed, now.speed) * seconds
@@ -341,8 +341,8 @@ class StateMaker:
             left_speed=left,
             right_speed=right,
             battery_v=(sip.battery_10 or sip.battery) / 10,
-            motors_on=self._flag(sip, MOTORS, self.motors_thought_on),
-            stop_button=self._flag(sip, STOP_BUTTON),
+            motors_on=self._read_flag(sip, MOTORS, self.motors_thought_on),
+            stop_button=self._read_flag(sip, STOP_BUTTON),
             stalled=(sip.stall_left, sip.stall_right),
             front_bumpers=_bits(sip.front_bumpers, self._front),
             rear_bumpers=_bits(sip.rear_bumpers, self._rear),
@@ -350,7 +350,9 @@ class StateMaker:
         )
         return state, doubt
 
-    def _flag(self, sip: ServerInformation, bit: int, else_: bool | None = None) -> bool | None:
+    def _read_flag(
+        self, sip: ServerInformation, bit: int, else_: bool | None = None
+    ) -> bool | None:
         return bool(sip.flags & bit) if self._reports_motors else else_
 
 

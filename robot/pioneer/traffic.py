@@ -25,7 +25,7 @@ CLOSE_TIMEOUT = 2.0
 """Seconds for the last lines."""
 
 
-def report_name(packet: Packet) -> str:
+def name_report(packet: Packet) -> str:
     """Return the name of a packet of the robot."""
     if packet.kind in SIP_KINDS:
         return "SIP"
@@ -51,7 +51,7 @@ class TrafficLog:
         self._untold: str | None = None
         self._failed: Callable[[str], None] | None = None
         self._lock = threading.Lock()
-        self._names = {"in": (Decoder(), report_name), "out": (Decoder(), name_command)}
+        self._names = {"in": (Decoder(), name_report), "out": (Decoder(), name_command)}
         self._thread = threading.Thread(target=self._run, name="pioneer-log", daemon=True)
         self._thread.start()
 
@@ -78,7 +78,7 @@ class TrafficLog:
         """Bytes that came; b"" marks a discarded incomplete packet."""
         self._put((at, "in", data, {}))
 
-    def outgoing(self, at: float, data: bytes, name: str | None = None) -> None:
+    def log_outgoing(self, at: float, data: bytes, name: str | None = None) -> None:
         """Bytes that were sent, and their name if the bytes alone do not give it."""
         self._put((at, "out", data, {} if name is None else {"name": name}))
 

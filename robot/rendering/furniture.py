@@ -126,7 +126,7 @@ def crate(
 def frame(
     width: float, height: float, *, thickness: float, rim: float, albedo: float = WHITE_PAINT
 ) -> Solid:
-    """Four rails round one opening, upright."""
+    """Return four rails round one opening, upright."""
     margin = LEAST_INSET_SHARE * thickness
     x, y = width / 2, thickness / 2
     sides = [slab((low, -y, 0.0), (rim, thickness, height)) for low in (-x, x - rim)]

@@ -72,7 +72,9 @@ def find_facets_to_sun(world: World) -> Screen:
     return _screen(found)
 
 
-def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: FloatArray) -> Hits:
+def find_first_hits(
+    world: World, camera: Camera, pose: Pose, screen: Screen, uv: FloatArray
+) -> Hits:
     """Return the first surface that the rays through pixels uv (2, n) meet; faces are one-sided.
 
     `screen` is that of `seen_by` for the same camera.
@@ -152,7 +154,8 @@ def _near(facet: Facet) -> float:
 
 
 def _find_picture_box(facet: Facet, camera: Camera, pose: Pose) -> FloatArray | None:
-    """Bounds (u0, v0, u1, v1) of the part of a facet before the near plane, None if none is."""
+    """Return bounds (u0, v0, u1, v1) of the part of a facet before the near plane, None if none
+    is."""
     corners = (facet.corners - pose.centre) @ pose.rotation
     near = _near(facet)
     before = corners[:, 2] >= near
@@ -188,7 +191,7 @@ def _screen(found: list[Screened]) -> Screen:
 
 
 def _find_axes_square_to(direction: FloatArray) -> FloatArray:
-    """Two unit vectors (2, 3) square to a unit vector and to each other."""
+    """Return two unit vectors (2, 3) square to a unit vector and to each other."""
     first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(direction, first)])

@@ -19,7 +19,7 @@ from facetlog.robot.rendering.rays import (
     IndexArray,
     Screen,
     find_facets_to_sun,
-    first_hits,
+    find_first_hits,
     in_shadow,
     seen_by,
 )
@@ -52,7 +52,8 @@ def render(
     blur_px: float = 1.0,
     rng: np.random.Generator,
 ) -> Image:
-    """Grey picture (H, W) of the world: Lambert and ambient light, cast shadows, blur, noise.
+    """Return grey picture (H, W) of the world: Lambert and ambient light, cast shadows, blur,
+    noise.
 
     `noise_sd` is in grey levels, `blur_px` the sd of the lens blur. The middle of the top-left
     pixel is (0, 0).
@@ -92,7 +93,8 @@ def _render_irradiance(stage: "_Stage", *, margin: int) -> FloatArray:
 
 
 def _find_differing(surface: IndexArray) -> IndexArray:
-    """Pixels one of whose eight neighbours shows another surface, or the same in other light."""
+    """Return pixels one of whose eight neighbours shows another surface, or the same in other
+    light."""
     cells = surface.astype(np.float32)  # exact: numbers of surfaces stay far below 2^24
     square = np.ones((3, 3), np.uint8)
     return np.asarray(cv2.dilate(cells, square) != cv2.erode(cells, square))
@@ -124,11 +126,11 @@ class _Stage:
 def _shade_pixels(
     stage: _Stage, uv: FloatArray, *, spacing: float
 ) -> tuple[FloatArray, IndexArray]:
-    """Grey (n,) seen through pixels uv (2, n), and a number (n,) per surface and light.
+    """Return grey (n,) seen through pixels uv (2, n), and a number (n,) per surface and light.
 
     `spacing` is how far apart the rays are, in pixels.
     """
-    hits = first_hits(stage.world, stage.camera, stage.pose, stage.seen, uv)
+    hits = find_first_hits(stage.world, stage.camera, stage.pose, stage.seen, uv)
     solid = np.flatnonzero(hits.facet != BACKGROUND)
     facet = hits.facet[solid]
     points = hits.directions.take(solid, axis=1) * hits.depth[solid] + stage.pose.centre[:, None]
@@ -145,7 +147,8 @@ def _shade_pixels(
 
 
 def _tables(world: World) -> tuple[FloatArray, FloatArray, IndexArray]:
-    """Grey in the sun, grey in the shade and number of the surface, of each facet and at FLOOR."""
+    """Return grey in the sun, grey in the shade and number of the surface, of each facet and at
+    FLOOR."""
     rows = len(world.facets) + 2  # FLOOR and BACKGROUND count from the end
     normals, albedos = np.zeros((rows, 3)), np.zeros(rows)
     surfaces = np.zeros(rows, dtype=np.intp)
@@ -162,7 +165,8 @@ def _tables(world: World) -> tuple[FloatArray, FloatArray, IndexArray]:
 
 
 def _ambient(world: World, normals: FloatArray) -> FloatArray:
-    """Ambient light on faces with these normals (n, 3): a little more on the window's side."""
+    """Return ambient light on faces with these normals (n, 3): a little more on the window's
+    side."""
     window = np.cross([0.0, 0.0, 1.0], world.sun)
     length = np.linalg.norm(window)
     window = window / length if length > 0 else np.array([1.0, 0.0, 0.0])

@@ -122,7 +122,8 @@ def cylinder(
 def room_corner(
     length: float, width: float, height: float, thickness: float, *, albedo: float = WHITE_PAINT
 ) -> Solid:
-    """Two walls that meet square and leave the floor between them open: a prism over an L."""
+    """Return two walls that meet square and leave the floor between them open: a prism over an
+    L."""
     x, y, t = length / 2, width / 2, thickness
     plan = [(-x, -y), (x, -y), (x, t - y), (t - x, t - y), (t - x, y), (-x, y)]
     return prism(plan, height, name="room_corner", albedo=albedo)
@@ -191,7 +192,8 @@ def slab(
 def legs(
     length: float, width: float, height: float, side: float, inset: float = LEAST_INSET_SHARE
 ) -> tuple[Part, ...]:
-    """Four square legs below the corners of a rectangle, `inset` of its shorter side within it."""
+    """Return four square legs below the corners of a rectangle, `inset` of its shorter side
+    within it."""
     shift = inset * min(length, width)
     x, y = length / 2 - shift, width / 2 - shift
     corners = [(-x, -y), (x - side, -y), (x - side, y - side), (-x, y - side)]
@@ -199,7 +201,7 @@ def legs(
 
 
 def joined(name: str, parts: Iterable[Part], albedo: float = WHITE_PAINT) -> Solid:
-    """One solid of all pieces, each with its own vertices."""
+    """Return one solid of all pieces, each with its own vertices."""
     vertices: list[FloatArray] = []
     faces: Loops = []
     count = 0

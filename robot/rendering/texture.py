@@ -66,7 +66,7 @@ class Sheet:
     texture: Texture | None = None
 
     def scaled(self, scale: float) -> "Sheet":
-        """As `Texture.scaled`."""
+        """Return as `Texture.scaled`."""
         width, height = self.size
         texture = self.texture and self.texture.scaled(scale)
         return replace(self, size=(scale * width, scale * height), texture=texture)
@@ -82,7 +82,7 @@ class Sheet:
         return tuple(levels)
 
     def sample(self, points: FloatArray, footprint: FloatArray) -> FloatArray:
-        """As `sample` below."""
+        """Return as `sample` below."""
         factors = np.full(len(footprint), self.around)
         if self.texture is not None:
             factors *= sample(self.texture, points, footprint)
@@ -100,7 +100,8 @@ class Sheet:
 
 
 def sample(texture: Texture | Sheet, points: FloatArray, footprint: FloatArray) -> FloatArray:
-    """Factors (n,) at points (2, n) of the surface, each averaged over about its footprint (n,).
+    """Return factors (n,) at points (2, n) of the surface, each averaged over about its footprint
+    (n,).
 
     Points and footprints are in world units.
     """
@@ -139,9 +140,9 @@ def _interpolate(bitmap: NDArray[np.float32], x: FloatArray, y: FloatArray, rim:
 
 @lru_cache(maxsize=32)
 def _pyramid(pattern: Pattern, seed: int) -> tuple[NDArray[np.float32], ...]:
-    """Ink in [0, 1], one bitmap a level, each half the size of the one before."""
+    """Return ink in [0, 1], one bitmap a level, each half the size of the one before."""
     rng = np.random.default_rng(seed)
-    draw = {Pattern.TILES: _tiles, Pattern.WOOD: _wood, Pattern.PRINT: _print}[pattern]
+    draw = {Pattern.TILES: _draw_tiles, Pattern.WOOD: _draw_wood, Pattern.PRINT: _print}[pattern]
     levels = [np.clip(draw(rng), 0.0, 1.0).astype(np.float32)]
     while levels[-1].shape[0] > 1:
         fine = levels[-1]
@@ -149,8 +150,9 @@ def _pyramid(pattern: Pattern, seed: int) -> tuple[NDArray[np.float32], ...]:
     return tuple(levels)
 
 
-def _blotches(rng: np.random.Generator, across: float, along: float) -> FloatArray:
-    """Periodic smooth noise with mean 0 and sd 1, (size, size); lengths of a blob in texels."""
+def _draw_blotches(rng: np.random.Generator, across: float, along: float) -> FloatArray:
+    """Return periodic smooth noise with mean 0 and sd 1, (size, size); lengths of a blob in
+    texels."""
     fx = np.fft.fftfreq(BITMAP_SIZE)
     low_pass = np.exp(-2 * (np.pi * along * fx[:, None]) ** 2 - 2 * (np.pi * across * fx) ** 2)
     noise = rng.normal(size=(BITMAP_SIZE, BITMAP_SIZE))
@@ -159,9 +161,9 @@ def _blotches(rng: np.random.Generator, across: float, along: float) -> FloatArr
     return np.asarray(smooth / smooth.std())
 
 
-def _tiles(rng: np.random.Generator) -> FloatArray:
+def _draw_tiles(rng: np.random.Generator) -> FloatArray:
     side = np.linspace(0, BITMAP_SIZE, TILES_A_PERIOD + 1).round().astype(int)
-    ink = 0.3 + 0.12 * _blotches(rng, 24, 24) + 0.05 * _blotches(rng, 3, 3)
+    ink = 0.3 + 0.12 * _draw_blotches(rng, 24, 24) + 0.05 * _draw_blotches(rng, 3, 3)
     for i in range(TILES_A_PERIOD):
         for j in range(TILES_A_PERIOD):
             ink[side[i] : side[i + 1], side[j] : side[j + 1]] += rng.normal(0, 0.06)
@@ -171,9 +173,9 @@ def _tiles(rng: np.random.Generator) -> FloatArray:
     return ink
 
 
-def _wood(rng: np.random.Generator) -> FloatArray:
+def _draw_wood(rng: np.random.Generator) -> FloatArray:
     edge = np.linspace(0, BITMAP_SIZE, PLANKS_A_PERIOD + 1).round().astype(int)
-    ink = 0.35 + 0.1 * _blotches(rng, 2, 60) + 0.1 * _blotches(rng, 20, 50)
+    ink = 0.35 + 0.1 * _draw_blotches(rng, 2, 60) + 0.1 * _draw_blotches(rng, 20, 50)
     for left, right in pairwise(edge):
         ink[:, left:right] += rng.normal(0, 0.12)
         end = int(rng.integers(BITMAP_SIZE - 2))

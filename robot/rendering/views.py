@@ -1,7 +1,7 @@
 """Simulated views of a world, as a robot would collect them.
 
 Pictures are always taken in the world's own frame. The frame in which they are recorded may be
-another one (`Similarity`), the recorded poses may have errors (`with_pose_noise`) or belong to
+another one (`Similarity`), the recorded poses may have errors (`add_pose_noise`) or belong to
 other pictures (`shuffled`): faults that a reader of the views must tolerate or detect.
 """
 
@@ -49,7 +49,7 @@ class Similarity:
         return replace(world, solids=solids).truth
 
 
-def random_similarity(
+def draw_similarity(
     rng: np.random.Generator, *, scale: float = 1.0, reach: float = 0.0
 ) -> Similarity:
     """Return a rotation drawn evenly from all, a shift of up to `reach` along each axis, and a
@@ -68,7 +68,8 @@ def views_of(
     noise_sd: float = 5.0,
     blur_px: float = 1.0,
 ) -> tuple[View, ...]:
-    """One view per pose, in the world's frame and unit; the noise of each follows from the seed.
+    """Return one view per pose, in the world's frame and unit; the noise of each follows from the
+    seed.
 
     The noise of a view depends on its place in `poses` alone, not on the others.
     """
@@ -103,7 +104,7 @@ def shuffled(views: Sequence[View], rng: np.random.Generator) -> tuple[View, ...
     return tuple(replace(view, pose=views[giver[i]].pose) for i, view in enumerate(views))
 
 
-def with_pose_noise(
+def add_pose_noise(
     views: Sequence[View], rng: np.random.Generator, *, position_sd: float, angle_sd: float
 ) -> tuple[View, ...]:
     """Return the views with recorded poses off by normal errors: per axis, world units and
@@ -117,7 +118,7 @@ def with_pose_noise(
     return tuple(noisy)
 
 
-def with_drift(
+def add_drift(
     views: Sequence[View],
     rng: np.random.Generator,
     *,
@@ -157,7 +158,8 @@ def with_drift(
 
 
 def pose_errors(views: Sequence[View], true: Sequence[View]) -> tuple[float, float]:
-    """Rms errors of place (world units) and rotation (radians) after the best rigid alignment."""
+    """Return rms errors of place (world units) and rotation (radians) after the best rigid
+    alignment."""
     turns = Rotation.concatenate(
         [
             Rotation.from_matrix(t.pose.rotation @ v.pose.rotation.T)
@@ -196,7 +198,7 @@ def simulate(
     views = views_of(world, poses, camera, seed=seed, noise_sd=noise_sd, blur_px=blur_px)
     rng = np.random.default_rng([seed, len(views)])  # views_of uses [seed, 0 … len - 1]
     if position_sd > 0 or angle_sd > 0:
-        views = with_pose_noise(views, rng, position_sd=position_sd, angle_sd=angle_sd)
+        views = add_pose_noise(views, rng, position_sd=position_sd, angle_sd=angle_sd)
     if shuffle:
         views = shuffled(views, rng)
     truth = world.truth

@@ -171,7 +171,9 @@ class World:
             for face, corners in enumerate(solid.faces):
                 # even for a solid's curved surface, odd for its flat faces
                 surface = curved_surface if face in solid.curved else 2 * len(facets) + 1
-                facets.append(_facet(solid, index, face, solid.vertices[list(corners)], surface))
+                facets.append(
+                    _make_facet(solid, index, face, solid.vertices[list(corners)], surface)
+                )
         return tuple(facets)
 
     @property
@@ -191,7 +193,7 @@ class World:
         )
 
 
-def _facet(solid: Solid, index: int, face: int, corners: FloatArray, surface: int) -> Facet:
+def _make_facet(solid: Solid, index: int, face: int, corners: FloatArray, surface: int) -> Facet:
     normal = _compute_newell_normal(corners)
     x_axis = corners[1] - corners[0]
     x_axis /= np.linalg.norm(x_axis)
@@ -223,7 +225,7 @@ def _list_sides(loop: Sequence[int]) -> list[tuple[int, int]]:
 
 
 def _compute_newell_normal(corners: FloatArray) -> FloatArray:
-    """Unit normal of a loop (n, 3), convex or not, on the side from which it runs ccw."""
+    """Return unit normal of a loop (n, 3), convex or not, on the side from which it runs ccw."""
     after = np.roll(corners, -1, axis=0)
     total = np.cross(corners - corners[0], after - corners[0]).sum(axis=0)
     length = np.linalg.norm(total)

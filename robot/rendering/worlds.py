@@ -60,10 +60,10 @@ def make_world(name: str, seed: int = 0) -> World:
         maker = WORLDS[name]
     except KeyError:
         raise ValueError(f"no world {name!r}; there are {', '.join(WORLDS)}") from None
-    return world_of(name, maker, seed)
+    return place_in_world(name, maker, seed)
 
 
-def world_of(name: str, maker: Maker, seed: int = 0) -> World:
+def place_in_world(name: str, maker: Maker, seed: int = 0) -> World:
     """Put what a maker makes where the tour looks, on a floor in the sun."""
     rng = np.random.default_rng([seed, 0, WORLD_STREAM])
     yaw = float(rng.uniform(-np.pi, np.pi))
@@ -96,7 +96,7 @@ def _as_model(draw: Callable[[np.random.Generator], Solid]) -> Maker:
     return maker
 
 
-def _scrap(rng: np.random.Generator) -> Solid:
+def _make_scrap(rng: np.random.Generator) -> Solid:
     """Return a small dark thing that is no box."""
     albedo = float(rng.uniform(*CLUTTER_ALBEDO))
     length, width, height = (float(x) for x in rng.uniform(*CLUTTER_SIZE_IN, 3))
@@ -111,21 +111,21 @@ def _scrap(rng: np.random.Generator) -> Solid:
             return cylinder(length, height, albedo=albedo)
 
 
-def with_clutter(maker: Maker) -> Maker:
+def add_clutter(maker: Maker) -> Maker:
     """Put small dark things beside what a maker makes."""
 
     def beside(rng: np.random.Generator) -> tuple[tuple[Solid, ...], float]:
         made, model_scale = maker(rng)
-        return (*made, *_clutter(rng)), model_scale
+        return (*made, *_make_clutter(rng)), model_scale
 
     return beside
 
 
-def _clutter(rng: np.random.Generator) -> tuple[Solid, ...]:
+def _make_clutter(rng: np.random.Generator) -> tuple[Solid, ...]:
     clutter = []
     first = rng.uniform(0, 2 * np.pi)
     for i in range(CLUTTER_COUNT):
-        solid = _scrap(rng)
+        solid = _make_scrap(rng)
         distance = rng.uniform(*CLUTTER_DISTANCE_IN)
         angle = first + 2 * np.pi * i / CLUTTER_COUNT
         x, y = distance * np.cos(angle), distance * np.sin(angle)
@@ -151,7 +151,7 @@ WORLDS: Mapping[str, Maker] = MappingProxyType(
         "block": _keep_size(_FIXED["block"]),
         "empty": lambda _: ((), 1.0),
         **{name: _keep_size(make) for name, make in _FIXED.items()},
-        "clutter_block": with_clutter(_keep_size(_FIXED["block"])),
+        "clutter_block": add_clutter(_keep_size(_FIXED["block"])),
         **{name: _as_model(draw) for name, draw in VARIED.items()},
     }
 )

@@ -90,14 +90,14 @@ class Body:
     """A lower bound of the distance to the nearest thing: no search before it is used up."""
 
     def __post_init__(self) -> None:
-        self._feel()
+        self._update_contact()
 
     @property
     def standing(self) -> bool:
         return self.speed == 0.0 and self.turning == 0.0
 
     def step(self) -> tuple[float, float]:
-        """Advance by `STEP` seconds; distance and turn as the encoders counted them."""
+        """Return advance by `STEP` seconds; distance and turn as the encoders counted them."""
         self.blocked = False
         if self.standing:
             return 0.0, 0.0
@@ -128,7 +128,7 @@ class Body:
         self.blocked = free < 1.0
         heading = math.remainder(here.heading + turn, 2 * math.pi)
         self.truth = Pose2(here.x + free * dx, here.y + free * dy, heading)
-        self._feel()
+        self._update_contact()
         return free
 
     def _free(self, dx: float, dy: float) -> float:
@@ -156,7 +156,7 @@ class Body:
         found = self.surroundings.nearest(self.truth.x + dx, self.truth.y + dy)
         return math.inf if found is None else found.gap
 
-    def _feel(self) -> None:
+    def _update_contact(self) -> None:
         if self._clear > CONTACT_GAP:
             return
         self.contact, self._clear = None, math.inf
@@ -173,7 +173,8 @@ on a robot that is built to climb (Pioneer 2 manual, page 45); a still world sto
 
 
 def pressed(contact: Contact | None, truth: Pose2, front: int, rear: int) -> tuple[int, int]:
-    """Bits of the bumpers that a contact presses: in front (leftmost lowest), behind (rightmost).
+    """Return bits of the bumpers that a contact presses: in front (leftmost lowest), behind
+    (rightmost).
 
     Each ring covers half of the robot with so many segments.
     """

@@ -129,7 +129,7 @@ class FaultyLine:
             due += self.delay
         if self._queue:
             due = max(due, self._queue[-1][0])
-        self._queue.append((due, self._through(data)))
+        self._queue.append((due, self._pass_through_line(data)))
 
     @property
     def next_at(self) -> float | None:
@@ -143,7 +143,7 @@ class FaultyLine:
             found += self._queue.popleft()[1]
         return found
 
-    def _through(self, data: bytes) -> bytes:
+    def _pass_through_line(self, data: bytes) -> bytes:
         if not (self.lost or self.corrupt):
             return data
         values = np.frombuffer(data, dtype=np.uint8)

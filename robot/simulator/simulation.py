@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.parameters import find_parameters
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.body import Body, Obstacles, Sonars
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint
@@ -99,8 +99,8 @@ class Simulation:
         if self._has_own_port and self.head is not None and not self._head_silent:
             self.head.receive(data, now)
 
-    def pending_at_head(self, now: float) -> bytes:
-        """Bytes from a head with a port of its own."""
+    def take_pending_at_head(self, now: float) -> bytes:
+        """Return bytes from a head with a port of its own."""
         self.advance(now)
         if not self._has_own_port or self.head is None:
             return b""
@@ -205,7 +205,7 @@ class Simulation:
 
 def _make_firmware(setup: WorldSetup) -> Firmware:
     robot = setup.robot
-    parameters = parameters_of(robot.model)
+    parameters = find_parameters(robot.model)
     configuration = replace(make_default_configuration(parameters, robot.name), **robot.config)  # type: ignore[arg-type]
     start = Pose2(robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
     world = make_scene(setup.scene)
@@ -245,7 +245,7 @@ class LiveSimulation:
 
     @contextmanager
     def now(self) -> Iterator[tuple[Simulation, float]]:
-        """The simulation and its time in seconds; nobody else has it meanwhile."""
+        """Provide the simulation and its time in seconds; nobody else has it meanwhile."""
         with self._lock:
             passed = time.monotonic() - self._started
             if passed - self._last > LONGEST_GAP:

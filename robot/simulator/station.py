@@ -83,7 +83,7 @@ def serve(
             baud = simulation.firmware.baud
             if head is not None:
                 simulation.receive_at_head(head.read(HEAD_BAUD), now)
-                head.write(simulation.pending_at_head(now), now, HEAD_BAUD)
+                head.write(simulation.take_pending_at_head(now), now, HEAD_BAUD)
         for end in robot:
             end.write(said if end is turn.end else b"", now, baud)
             if hung_up:

@@ -21,7 +21,7 @@ from facetlog.robot.rendering.world import Solid, World
 from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
 from facetlog.robot.simulator.body import MotionErrors
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
-from facetlog.toml_text import toml_fields
+from facetlog.toml_text import parse_toml_fields
 
 FORM = ConfigDict(extra="forbid")
 DEFAULT_WORLD = "default_world.toml"
@@ -187,7 +187,7 @@ def read_world(path: Path | None = None) -> WorldSetup:
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "it is not UTF-8"
             raise InputError(f"{name}: the world file cannot be read ({reason})") from error
-    content = toml_fields(text, name)
+    content = parse_toml_fields(text, name)
     try:
         setup = TypeAdapter(WorldSetup).validate_python(content)
     except ValidationError as error:
@@ -204,11 +204,11 @@ def _refusal(name: str, text: str, error: ValidationError) -> InputError:
     first = error.errors()[0]
     place = tuple(part for part in first["loc"] if isinstance(part, str | int))
     unknown = first["type"] in ("unexpected_keyword_argument", "extra_forbidden")
-    said = "there is no such key" if unknown else _lower(str(first["msg"]))
+    said = "there is no such key" if unknown else _lower_first_letter(str(first["msg"]))
     return _make_error(name, text, place, said)
 
 
-def _lower(message: str) -> str:
+def _lower_first_letter(message: str) -> str:
     return message[:1].lower() + message[1:]
 
 
@@ -234,7 +234,7 @@ def _check_names(name: str, text: str, setup: WorldSetup) -> None:
             said = "give a text" if wanted is str else "give a number from 0 to 65535"
             raise _make_error(name, text, place, said)
     for index, solid in enumerate(setup.scene.solid):
-        said = _wrong_size(solid)
+        said = _find_wrong_size(solid)
         if said:
             raise _make_error(name, text, ("scene", "solid", index, "size"), said)
 
@@ -242,7 +242,7 @@ def _check_names(name: str, text: str, setup: WorldSetup) -> None:
 SIZES = {"box": 3, "pyramid": 3, "cylinder": 2, "wedge": 2, "prism": 1}
 
 
-def _wrong_size(solid: SolidSetup) -> str:
+def _find_wrong_size(solid: SolidSetup) -> str:
     if len(solid.size) != SIZES[solid.kind]:
         return f"a {solid.kind} has {SIZES[solid.kind]} lengths here, not {len(solid.size)}"
     if solid.kind == "prism" and len(solid.plan) < 3:

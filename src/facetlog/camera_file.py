@@ -4,10 +4,10 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.pose_files.file_values import metres_per, read_text
+from facetlog.perception.reading.pose_files.file_values import get_metres_per, read_text
 from facetlog.perception.reading.pose_files.poses_file import FieldNames, read_intrinsics
 from facetlog.robot.camera.optics import Optics
-from facetlog.toml_text import toml_fields
+from facetlog.toml_text import parse_toml_fields
 
 __all__ = ["read_optics"]
 
@@ -24,7 +24,7 @@ def read_optics(path: Path) -> tuple[Optics, float | None]:
 
     Raises InputError for what is not TOML, CalibrationError for a camera that cannot be.
     """
-    fields = toml_fields(read_text(path), str(path))
+    fields = parse_toml_fields(read_text(path), str(path))
     intrinsics = read_intrinsics(fields, NAMES, str(path))
     width, height = intrinsics.size
     if width is None or height is None:
@@ -39,5 +39,5 @@ def read_optics(path: Path) -> tuple[Optics, float | None]:
     coefficients = tuple((name, value) for name, value in named.items() if value)
     model = MODELS[lens.distortion] if coefficients else "PINHOLE"
     unit = fields.get("unit")
-    scale = metres_per(unit, str(path)) if isinstance(unit, str) else None
+    scale = get_metres_per(unit, str(path)) if isinstance(unit, str) else None
     return Optics(lens.camera, model, coefficients), scale

@@ -6,12 +6,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from facetlog.errors import missing_extra
+from facetlog.errors import make_missing_extra_error
 
 if TYPE_CHECKING:
     from facetlog.stream import StreamStep
 
-__all__ = ["Degrees", "check_plots", "degrees_of", "write_degree_plot"]
+__all__ = ["Degrees", "check_plots", "collect_degrees", "write_degree_plot"]
 
 # Models with a line of their own: those with the highest degrees.
 SHOWN = 6
@@ -31,7 +31,7 @@ class Degrees:
     polished: bool
 
 
-def degrees_of(step: "StreamStep") -> Degrees:
+def collect_degrees(step: "StreamStep") -> Degrees:
     """Return the degrees after a step."""
     best: dict[str, float] = {}
     for verdict in () if step.recognition is None else step.recognition.best:
@@ -43,7 +43,7 @@ def degrees_of(step: "StreamStep") -> Degrees:
 def check_plots() -> None:
     """Raise InputError if nothing can be plotted here: to be called before any long work."""
     if find_spec("matplotlib") is None:
-        raise missing_extra("plots", "matplotlib", "plots")
+        raise make_missing_extra_error("plots", "matplotlib", "plots")
 
 
 def write_degree_plot(path: Path, steps: Sequence[Degrees], name: str) -> None:

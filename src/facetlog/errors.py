@@ -13,7 +13,7 @@ __all__ = [
     "InputError",
     "QueryError",
     "RuleSyntaxError",
-    "missing_extra",
+    "make_missing_extra_error",
 ]
 
 
@@ -68,10 +68,10 @@ class DeviceTimeout(DeviceError, TimeoutError):  # noqa: N818 - as TimeoutError,
     """A device did not answer, or did not get done, in the time it was given."""
 
 
-def missing_extra(what: str, package: str, extra: str) -> InputError:
+def make_missing_extra_error(what: str, package: str, extra: str) -> InputError:
     """Return the error for a package that is not installed, which names the extra that brings it.
 
-    >>> str(missing_extra("tables", "pandas", "tables"))
+    >>> str(make_missing_extra_error("tables", "pandas", "tables"))
     "tables need pandas: pip install 'facetlog[tables]'"
     """
     needs = "need" if what.endswith("s") else "needs"

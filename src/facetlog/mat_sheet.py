@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from facetlog.errors import InputError, missing_extra
+from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.reading.mat.mats import BAR_MM, DICTIONARY, Mat
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["mat_figure", "write_mat"]
+__all__ = ["draw_mat_figure", "write_mat"]
 
 MM_PER_INCH = 25.4
 TICK_MM = 2.0
@@ -30,18 +30,18 @@ def write_mat(mat: Mat, path: Path) -> None:
     try:
         from matplotlib import rc_context
     except ImportError as exc:
-        raise missing_extra("a mat", "matplotlib", "plots") from exc
+        raise make_missing_extra_error("a mat", "matplotlib", "plots") from exc
     try:
         # Type 42: words as a TrueType font, which printers keep sharp. No date: the same each time.
         with rc_context({"pdf.fonttype": 42}):
-            mat_figure(mat).savefig(
+            draw_mat_figure(mat).savefig(
                 path, format="pdf", metadata={"Title": f"facetlog {mat.name}", "CreationDate": None}
             )
     except OSError as exc:
         raise InputError(f"{path} cannot be written: {exc.strerror}: choose another -o") from exc
 
 
-def mat_figure(mat: Mat) -> "Figure":
+def draw_mat_figure(mat: Mat) -> "Figure":
     """Draw the page as a figure as large as the paper, whose axes count millimetres."""
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure

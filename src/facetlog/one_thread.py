@@ -3,14 +3,14 @@ busy the threads of a BLAS wait for one another, seconds where a single one take
 
 from contextlib import AbstractContextManager
 
-__all__ = ["ONE_THREAD", "on_one_thread"]
+__all__ = ["ONE_THREAD", "use_one_thread"]
 
 # What the BLAS libraries that numpy comes with ask for the number of their threads, once when they
 # are loaded.
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 
 
-def on_one_thread() -> AbstractContextManager[object]:
+def use_one_thread() -> AbstractContextManager[object]:
     """Return a context in which a BLAS that is loaded uses one thread."""
     from threadpoolctl import threadpool_limits
 

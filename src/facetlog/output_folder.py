@@ -16,9 +16,9 @@ __all__ = [
     "RUN_FILE",
     "UNFINISHED",
     "check_replaceable",
-    "kept_cameras",
+    "find_kept_cameras",
+    "list_written_files",
     "output_folder",
-    "written_files",
 ]
 
 # Written last into each folder of results: who wrote it, and which files are its own.
@@ -29,11 +29,11 @@ UNFINISHED = ".facetlog-"
 """Prefix of the folder into which a run writes until it is done; a killed run leaves it."""
 
 
-def kept_cameras(out: Path | None) -> Path | None:
+def find_kept_cameras(out: Path | None) -> Path | None:
     """Return where cameras of pictures without poses are kept: beside the folder or file of
     results.
 
-    >>> kept_cameras(Path("/out/photos")).as_posix()
+    >>> find_kept_cameras(Path("/out/photos")).as_posix()
     '/out/photos-cameras'
     """
     if out is None:
@@ -61,7 +61,7 @@ def check_replaceable(folder: Path, option: str = "-o", inputs: Iterable[Path] =
             raise InputError(f"{folder} is no folder to write in: give another with {option}")
         paths = (p.relative_to(target) for p in target.rglob("*") if not p.is_dir())
         present = {p.as_posix() for p in paths if not p.parts[0].startswith(UNFINISHED)}
-        foreign = sorted(present - written_files(target))
+        foreign = sorted(present - list_written_files(target))
         check_no_input(folder, option, inputs)
     except (OSError, ValueError, RuntimeError) as exc:  # RuntimeError: a link to itself
         raise InputError(f"{str(folder)!r} cannot be used: {exc}") from exc
@@ -72,7 +72,7 @@ def check_replaceable(folder: Path, option: str = "-o", inputs: Iterable[Path] =
         )
 
 
-def written_files(folder: Path) -> set[str]:
+def list_written_files(folder: Path) -> set[str]:
     """Return the files that an earlier run wrote into a folder; none for another folder."""
     try:
         run = json.loads(read_regular_text(folder / RUN_FILE))

@@ -3,10 +3,10 @@
 from pathlib import Path
 from shlex import quote
 
-__all__ = ["hint_of_pictures"]
+__all__ = ["make_pictures_hint"]
 
 
-def hint_of_pictures(path: Path) -> str:
+def make_pictures_hint(path: Path) -> str:
     """Return the end of a message about a picture or folder of pictures; empty for others."""
     # Loaded only now: who gives scenes does without OpenCV.
     from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES

@@ -29,16 +29,16 @@ __all__ = [
     "FrontEnd",
     "Progress",
     "Recognised",
+    "apply_known_scale",
+    "apply_stated_up",
     "check_up",
     "facts_of",
-    "in_known_scale",
     "load_scene",
     "open_models",
+    "read_views_from",
     "recognize_views",
     "reconstruct_views",
-    "simulated_views",
-    "views_from",
-    "with_stated_up",
+    "render_simulated_views",
     "write_scene_file",
 ]
 
@@ -46,7 +46,7 @@ Progress: TypeAlias = Callable[[str, int, int], None]
 """Called with the step's name, how much of it is done, and of how much."""
 
 Up: TypeAlias = "str | FloatArray | None"
-"""Upwards, as `with_stated_up` takes it."""
+"""Upwards, as `apply_stated_up` takes it."""
 
 FlatFact: TypeAlias = tuple[str | int | float, ...]
 """A functor and its arguments."""
@@ -103,7 +103,7 @@ def placed_views(view_set: "ViewSet", scene: "Scene") -> "tuple[View, ...]":
     return tuple(corrected(v, lenses[v.name]) if v.name in lenses else v for v in placed)
 
 
-def views_from(
+def read_views_from(
     path: Path,
     *,
     unit: str | None,
@@ -118,7 +118,7 @@ def views_from(
     """Read the views of a folder or poses file (see perception/reading/read_views.py).
 
     Poses that were counted up, with their covariances, are corrected by the pictures, unless they
-    are to be kept. `up` is as in `with_stated_up`; `square` is the side of a mat's squares if
+    are to be kept. `up` is as in `apply_stated_up`; `square` is the side of a mat's squares if
     it was printed at another scale; `keep` is a folder for cameras that structure from motion
     finds.
     """
@@ -136,21 +136,21 @@ def views_from(
             trusted=trusted,
             progress=progress,
         )
-    view_set = with_stated_up(view_set, up)
+    view_set = apply_stated_up(view_set, up)
     if keep_poses or view_set.pose_errors is None:
         return view_set
-    from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+    from facetlog.perception.estimation.pose_refinement.refine_poses import correct_poses
 
     with clock.step("poses"):
-        return with_refined_poses(view_set, progress)
+        return correct_poses(view_set, progress)
 
 
 def _check_not_written(path: Path) -> None:
     """Raise InputError for a folder of results, whose pictures only show what was found, and for a
     file that is a scene, mesh or cloud already.
     """
-    from facetlog.output_folder import written_files
-    from facetlog.perception.reading.pose_files.register import only_pictures
+    from facetlog.output_folder import list_written_files
+    from facetlog.perception.reading.pose_files.register import has_only_pictures
     from facetlog.query_shell.scene_files import SCENE_FILE
 
     if path.is_file() and _is_measured(path):
@@ -158,7 +158,7 @@ def _check_not_written(path: Path) -> None:
             f"{path} is measured already, no poses of pictures: facetlog classify {path} says what "
             f"it is, facetlog why {path} MODEL why"
         )
-    if SCENE_FILE in written_files(path) and only_pictures(path):
+    if SCENE_FILE in list_written_files(path) and has_only_pictures(path):
         raise InputError(
             f"{path} is what a run wrote (-o), and its pictures show what was found: ask its scene "
             f"(facetlog why {path / SCENE_FILE} MODEL, facetlog query {path / SCENE_FILE}), or "
@@ -170,10 +170,10 @@ def _is_measured(path: Path) -> bool:
     """Return whether a file is a scene by its schema, or a mesh or cloud by its suffix."""
     from facetlog.perception.reading.pose_files.file_values import read_json
     from facetlog.perception.reading.pose_files.register import has_poses
-    from facetlog.perception.shapes.shape_options import says_itself, shapes_among
+    from facetlog.perception.shapes.shape_options import find_shape_files, is_scene_file
 
-    if not says_itself(path.name):
-        return bool(shapes_among((path.name,))) and not has_poses(path)
+    if not is_scene_file(path.name):
+        return bool(find_shape_files((path.name,))) and not has_poses(path)
     try:
         document = read_json(path)
     except InputError:  # who reads it for poses says what is wrong
@@ -188,27 +188,27 @@ def check_up(up: Up) -> None:
 
 def _is_axis(up: Up) -> bool:
     """Return whether up is stated by the axes of the poses' world."""
-    from facetlog.perception.shapes.shape_options import up_from
+    from facetlog.perception.shapes.shape_options import parse_up
 
-    return up is not None and (not isinstance(up, str) or up_from(up) is not None)
+    return up is not None and (not isinstance(up, str) or parse_up(up) is not None)
 
 
-def with_stated_up(view_set: "ViewSet", up: Up) -> "ViewSet":
+def apply_stated_up(view_set: "ViewSet", up: Up) -> "ViewSet":
     """Return the views with the stated up: a unit vector (3,), or an axis by a word, as "-y"; as
     the file says, or else that of the ground (`auto`, None); or unknown (`none`). Raise InputError
     for another word.
     """
     import numpy as np
 
-    from facetlog.perception.shapes.shape_options import NOT_GIVEN, up_from
+    from facetlog.perception.shapes.shape_options import NOT_GIVEN, parse_up
 
     if isinstance(up, str) and up == NOT_GIVEN:
         return replace(view_set, up=None, find_up=False)
-    axis = up_from(up) if isinstance(up, str) else up
+    axis = parse_up(up) if isinstance(up, str) else up
     return view_set if axis is None else replace(view_set, up=np.array(axis))
 
 
-def simulated_views(
+def render_simulated_views(
     world: str, seed: int, *, progress: Progress | None, clock: StepClock
 ) -> "ViewSet":
     """Render the paper's tour of 24 views through a simulated world, in metres; InputError lists
@@ -293,13 +293,13 @@ def reconstruct_views(
     )
 
 
-def in_known_scale(scene: "Scene", method: Method) -> "tuple[Scene, Scale | None]":
+def apply_known_scale(scene: "Scene", method: Method) -> "tuple[Scene, Scale | None]":
     """Scale the scene to metres by the known length of the method; return it with the scale, if
     any.
     """
-    from facetlog.perception.facts.known_length import with_known_length
+    from facetlog.perception.facts.known_length import scale_by_known_length
 
-    return (scene, None) if method.scale is None else with_known_length(scene, method.scale)
+    return (scene, None) if method.scale is None else scale_by_known_length(scene, method.scale)
 
 
 def write_scene_file(scene: "Scene", path: Path) -> None:
@@ -320,17 +320,17 @@ def recognize_views(
     """Find scene, facts and verdicts for the views, by the models of `base` (else the built-in
     ones).
     """
-    from facetlog.kb.recognize import judged_scene
+    from facetlog.kb.recognize import judge_loaded_scene
 
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
-    scene, scale = in_known_scale(scene, method)
+    scene, scale = apply_known_scale(scene, method)
     with clock.step("facts"):
         facts = facts_of(scene)
     with clock.step("verdicts"), ExitStack() as stack:
         models = base or stack.enter_context(open_models())
         load_scene(models, scene, facts)
         try:
-            recognition = judged_scene(models, scene.name)
+            recognition = judge_loaded_scene(models, scene.name)
         finally:
             models.drop_scene(scene.name)
     return Recognised(view_set, scene, facts, recognition, clock, scale)

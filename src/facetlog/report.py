@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from facetlog import __version__
 from facetlog.counted import many
 from facetlog.degree_plot import write_degree_plot
-from facetlog.kb.explaining.verdict_text import NO_MODEL, holding_text
+from facetlog.kb.explaining.verdict_text import NO_MODEL, format_holding
 from facetlog.output_folder import output_folder
 from facetlog.pipeline import Progress, Recognised
-from facetlog.terminal import one_line
+from facetlog.terminal import fit_on_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from facetlog.perception.step_clock import StepClock
     from facetlog.perception.surfaces.drawing.lettering import ColourImage
 
-__all__ = ["laid_out", "verdicts_json", "verdicts_text", "write_report"]
+__all__ = ["format_verdicts_json", "format_verdicts_text", "laid_out", "write_report"]
 
 SHEET_FILE = "contact-sheet.png"
 PIECES_SHEET_FILE = "pieces-sheet.png"
@@ -34,7 +34,7 @@ DIGITS = 6
 LEVELS = 4
 
 
-def verdicts_json(found: Recognised, *, full: bool = False) -> str:
+def format_verdicts_json(found: Recognised, *, full: bool = False) -> str:
     """Format all verdicts with the reasons for them as one JSON object with `schema` inside.
 
     A condition takes a line, and numbers have six digits; with `full` each condition has its whole
@@ -65,7 +65,7 @@ def laid_out(data: object, levels: int) -> str:
     return f"{ends[0]}\n" + ",\n".join(members) + f"\n{ends[1]}"
 
 
-def verdicts_text(found: Recognised, *, full: bool = False) -> str:
+def format_verdicts_text(found: Recognised, *, full: bool = False) -> str:
     """Format for a reader what is there and why, and what each other model lacks."""
     scene = found.scene
     used, given = len(scene.views), len(found.view_set.views) + found.view_set.left_out
@@ -76,7 +76,7 @@ def verdicts_text(found: Recognised, *, full: bool = False) -> str:
         many(len(scene.edges), "edge"),
         many(len(scene.vertices), "vertex", "vertices"),
     )
-    head = f"{one_line(scene.name)}: {', '.join(seen)}"
+    head = f"{fit_on_one_line(scene.name)}: {', '.join(seen)}"
     answer = () if found.recognition.best else (NO_MODEL,)
     return "\n".join([head, *answer, *found.recognition.lines(full=full)])
 
@@ -94,12 +94,12 @@ def write_report(
     Of views that came one at a time also how `degrees` rose; with `full` the whole proofs. The
     folder appears as a whole when all is written (see output_folder.py).
     """
-    from facetlog.kb.loading.encode import facts_program
+    from facetlog.kb.loading.encode import iter_program_lines
     from facetlog.page.contents import Subject
     from facetlog.page.write import PAGE_FILE, page
     from facetlog.perception.facts.all_facts import facts_on_demand
     from facetlog.perception.facts.pieces.piece_facts import shown_pieces
-    from facetlog.perception.pieces.piece_meshes import pieces_bytes
+    from facetlog.perception.pieces.piece_meshes import export_pieces
     from facetlog.perception.surfaces.mesh_export import write_mesh
     from facetlog.perception.surfaces.scene_file import write_scene
 
@@ -115,17 +115,17 @@ def write_report(
             write_scene(scene, made / "scene.json")
             # A file can be asked for nothing later.
             drawn = (fact.row for fact in facts_on_demand(scene))
-            facts = "\n".join(facts_program((*found.facts, *drawn)))
+            facts = "\n".join(iter_program_lines((*found.facts, *drawn)))
             (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
             (made / "verdicts.json").write_text(
-                verdicts_json(found, full=full) + "\n", encoding="utf-8"
+                format_verdicts_json(found, full=full) + "\n", encoding="utf-8"
             )
             if scene.faces:
                 write_mesh(scene, made / "faces.ply")
                 write_mesh(scene, made / "faces.glb")
             pieces = shown_pieces(scene)
             if pieces:
-                (made / "pieces.glb").write_bytes(pieces_bytes(scene, pieces))
+                (made / "pieces.glb").write_bytes(export_pieces(scene, pieces))
         with clock.step("draw pictures"):
             if degrees:
                 write_degree_plot(made / DEGREE_FILE, degrees, scene.name)
@@ -144,7 +144,7 @@ def _write_pictures(
     from facetlog.perception.surfaces.drawing.draw import draw_scene
 
     best = found.recognition.best
-    verdict = holding_text(v.summary for v in best)
+    verdict = format_holding(v.summary for v in best)
     parts = {face: p.role for v in reversed(best) for p in v.parts for face in p.faces}
     views = found.placed_views
     faces, solids = [], []

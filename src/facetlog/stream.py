@@ -43,17 +43,17 @@ class Goal:
             raise InputError(f'--until {text!r}: give a model and a degree, as "table >= 90%"')
         return cls(match[1], float(match[2]) / 100.0)
 
-    def met_by(self, degree: float) -> bool:
+    def is_met_by(self, degree: float) -> bool:
         """Return whether a degree is high enough, in whole per cents, as it is shown.
 
-        >>> Goal("table", 0.9).met_by(0.896), Goal("table", 0.9).met_by(0.894)
+        >>> Goal("table", 0.9).is_met_by(0.896), Goal("table", 0.9).is_met_by(0.894)
         (True, False)
         """
         return round(degree, SHOWN) >= self.degree
 
     def reached(self, recognition: "Recognition") -> bool:
         """Return whether something is of this model to the degree."""
-        return any(v.model == self.model and self.met_by(v.degree) for v in recognition.best)
+        return any(v.model == self.model and self.is_met_by(v.degree) for v in recognition.best)
 
 
 @dataclass(frozen=True, slots=True)

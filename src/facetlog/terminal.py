@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 __all__ = [
     "error",
     "error_lines",
+    "fit_on_one_line",
+    "make_short_line",
     "note",
-    "one_line",
     "printable",
     "set_loudness",
-    "short_line",
     "shortened",
+    "show_progress",
     "show_times",
-    "showing_progress",
     "warn",
 ]
 
@@ -81,19 +81,19 @@ def printable(text: str) -> str:
     return plain if plain.isprintable() else "".join(c if c.isprintable() else " " for c in plain)
 
 
-def one_line(text: str) -> str:
+def fit_on_one_line(text: str) -> str:
     """Put a text on one line, without control characters that a file name may hold.
 
-    >>> one_line("a\\nb")
+    >>> fit_on_one_line("a\\nb")
     'a b'
     """
     return " ".join(printable(text).split())
 
 
-def short_line(text: str) -> str:
+def make_short_line(text: str) -> str:
     """Put a text on one line as messages have it: what is long is cut in the middle."""
     # Of what is very long the middle is not even looked at.
-    return shortened(one_line(_cut(text, 4 * LONGEST_LINE, 2 * LONGEST_LINE)))
+    return shortened(fit_on_one_line(_cut(text, 4 * LONGEST_LINE, 2 * LONGEST_LINE)))
 
 
 def shortened(line: str) -> str:
@@ -120,29 +120,29 @@ def error_lines(fault: FacetlogError) -> tuple[str, ...]:
     """
     message = str(fault)
     faults = message.splitlines() if isinstance(fault, RuleSyntaxError) else [message]
-    lines = tuple(line for line in map(short_line, faults) if line)
-    return lines or (short_line(message),)
+    lines = tuple(line for line in map(make_short_line, faults) if line)
+    return lines or (make_short_line(message),)
 
 
 def error(message: str) -> None:
     """Write one line that says what was wrong and the way out."""
-    typer.echo(f"facetlog: {short_line(message)}", err=True)
+    typer.echo(f"facetlog: {make_short_line(message)}", err=True)
 
 
 def warn(message: str) -> None:
     """Write one line about something that was left out or may be wrong."""
-    typer.echo(f"facetlog: warning: {short_line(message)}", err=True)
+    typer.echo(f"facetlog: warning: {make_short_line(message)}", err=True)
 
 
 def note(message: str) -> None:
     """Write one line about what the reader may do next, unless --quiet is given."""
     if _Stderr.quiet:
         return
-    typer.echo(f"facetlog: {short_line(message)}", err=True)
+    typer.echo(f"facetlog: {make_short_line(message)}", err=True)
 
 
 @contextmanager
-def showing_progress() -> Iterator["Progress | None"]:
+def show_progress() -> Iterator["Progress | None"]:
     """Show progress until the body ends; None where stderr is not a terminal, or with --quiet."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn

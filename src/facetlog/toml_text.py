@@ -4,10 +4,10 @@ import tomllib
 
 from facetlog.errors import InputError
 
-__all__ = ["toml_fields"]
+__all__ = ["parse_toml_fields"]
 
 
-def toml_fields(text: str, where: str) -> dict[str, object]:
+def parse_toml_fields(text: str, where: str) -> dict[str, object]:
     """Parse a TOML text of the file `where`; raise InputError if it is none."""
     try:
         return tomllib.loads(text)

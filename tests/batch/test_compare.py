@@ -7,8 +7,8 @@ import pytest
 
 from facetlog.batch.compare import (
     Comparison,
-    check_alike,
-    read_as_then,
+    check_same_options,
+    keep_older_options,
 )
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
@@ -80,7 +80,9 @@ def test_rows_that_were_read_otherwise_are_counted_not_compared() -> None:
 def test_options_that_are_not_given_are_those_of_then(given: dict[str, bool], read: str) -> None:
     settings = Settings(up="x", unit="m")
     old = {"a.ply": fake_row("a.ply", (), "up=z unit=mm degrees")}
-    items = read_as_then([Item("a.ply"), Item("new.ply"), Item("a.ply", up="-y")], old, **given)
+    items = keep_older_options(
+        [Item("a.ply"), Item("new.ply"), Item("a.ply", up="-y")], old, **given
+    )
     assert items[0].read_as(settings) == read
     assert items[1] == Item("new.ply")
     assert items[2].up == "-y"
@@ -89,7 +91,7 @@ def test_options_that_are_not_given_are_those_of_then(given: dict[str, bool], re
 def test_scenes_that_are_all_read_otherwise_are_refused() -> None:
     old = {path: fake_row(path, ()) for path in ("a.json", "b.json")}
     items = tuple(map(Item, (*old, "new.json")))
-    check_alike(items, Settings(), old)
-    check_alike(items[2:], Settings(crisp=True), old)
+    check_same_options(items, Settings(), old)
+    check_same_options(items[2:], Settings(crisp=True), old)
     with pytest.raises(InputError, match="other options: degrees, now crisp: leave those out"):
-        check_alike(items, Settings(crisp=True), old)
+        check_same_options(items, Settings(crisp=True), old)

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from facetlog.batch import dask_cluster
-from facetlog.batch.content import content_hash
+from facetlog.batch.content import hash_content
 from facetlog.batch.dask_cluster import work
 from facetlog.batch.output import read_rows
 from facetlog.batch.pool import Pool, Task
@@ -63,7 +63,7 @@ def _told(items: list[dict[str, Any]], models_hash: str) -> list[str | None]:
 def test_a_file_counts_as_there_only_with_the_same_content(tmp_path: Path) -> None:
     (item,) = scene_files(tmp_path, "box-1")
     here = item.to_json()
-    digest = content_hash(Path(item.path))
+    digest = hash_content(Path(item.path))
     sent: list[dict[str, Any]] = [
         {"item": here, "sha256": digest},
         {"item": {"path": "gone.json"}, "sha256": digest},

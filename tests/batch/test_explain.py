@@ -8,7 +8,7 @@ import pytest
 
 from facetlog.batch.engine import SceneEngine
 from facetlog.batch.pages.explain import Mistaken, explained
-from facetlog.batch.rows import Row, closest, sureness
+from facetlog.batch.rows import Row, closest, get_confidence_or_degree
 from facetlog.batch.settings import Item, Settings
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table
 from facetlog.perception.surfaces.scene_file import write_scene
@@ -41,8 +41,10 @@ def test_both_questions_are_answered_of_the_verdict_in_the_row(
     assert "box" in why_not["lines"][0]
     assert why["title"] == "Why table"
     assert f"top = {top}" in "\n".join(why["lines"])
-    assert why["lines"][0] == f"t1 is a table ({sureness(closest(row)['table']):.0%})"
-    assert sureness(closest(row)["table"]) < closest(row)["table"]["degree"]
+    assert (
+        why["lines"][0] == f"t1 is a table ({get_confidence_or_degree(closest(row)['table']):.0%})"
+    )
+    assert get_confidence_or_degree(closest(row)["table"]) < closest(row)["table"]["degree"]
     # One leg alone is a group all the same: it cannot be given, and the proof is told nevertheless.
     for part in closest(row)["table"]["parts"][1:]:
         part["names"] = part["names"][:1]

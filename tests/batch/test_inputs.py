@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.batch.inputs import paths_listed, scene_paths
+from facetlog.batch.inputs import find_scene_paths, read_path_list
 from facetlog.errors import InputError
 from facetlog.output_folder import output_folder
 
@@ -33,7 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ],
 )
 def test_files_come_once_in_the_order_given(sources: tuple[str, ...], found: list[str]) -> None:
-    assert [os.path.normpath(path) for path in scene_paths(sources)] == found
+    assert [os.path.normpath(path) for path in find_scene_paths(sources)] == found
 
 
 def test_what_a_run_wrote_is_one_scene_and_other_files_beside_it_are_scenes(folder: Path) -> None:
@@ -43,9 +43,9 @@ def test_what_a_run_wrote_is_one_scene_and_other_files_beside_it_are_scenes(fold
             (made / name).touch()
     (out / "own.ply").touch()
     for source in ("runs", "runs/block", "ru*"):
-        found = [os.path.normpath(path) for path in scene_paths((source,))]
+        found = [os.path.normpath(path) for path in find_scene_paths((source,))]
         assert found == ["runs/block/own.ply", "runs/block/scene.json"]
-    assert scene_paths(("runs/block/faces.ply",)) == ("runs/block/faces.ply",)
+    assert find_scene_paths(("runs/block/faces.ply",)) == ("runs/block/faces.ply",)
 
 
 @pytest.mark.usefixtures("folder")
@@ -59,7 +59,7 @@ def test_what_a_run_wrote_is_one_scene_and_other_files_beside_it_are_scenes(fold
 )
 def test_sources_that_find_nothing_are_refused(sources: tuple[str, ...], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        scene_paths(sources)
+        find_scene_paths(sources)
 
 
 @pytest.mark.parametrize("name", ["pipe", "/dev/zero"])
@@ -69,7 +69,7 @@ def test_a_list_that_never_ends_is_refused_at_once(
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe")
     with pytest.raises(InputError, match=r"it is a pipe, .*\(- is standard input\)$"):
-        paths_listed(name)
+        read_path_list(name)
 
 
 def test_a_glob_over_folders_follows_no_links_among_them(
@@ -84,8 +84,10 @@ def test_a_glob_over_folders_follows_no_links_among_them(
         Path("a", link).symlink_to(".")
     found = ("a/b/c.json", "a/d.json")
     for pattern in ("a/**/*.json", "**/*.json", "a/**", "**/a/**/*.json"):
-        assert scene_paths([pattern]) == found
-    assert scene_paths([f"{tmp_path}/**/*.json"]) == tuple(f"{tmp_path}/{name}" for name in found)
+        assert find_scene_paths([pattern]) == found
+    assert find_scene_paths([f"{tmp_path}/**/*.json"]) == tuple(
+        f"{tmp_path}/{name}" for name in found
+    )
 
 
 @pytest.mark.parametrize(
@@ -101,4 +103,4 @@ def test_lists_end_paths_by_lines_or_nuls_in_what_editors_write(
     data: bytes, paths: tuple[str, ...], tmp_path: Path
 ) -> None:
     (tmp_path / "list").write_bytes(data)
-    assert paths_listed(str(tmp_path / "list")) == paths
+    assert read_path_list(str(tmp_path / "list")) == paths

@@ -7,9 +7,9 @@ import pytest
 from facetlog.batch.labels import (
     Label,
     Truth,
-    classes_labelled,
+    find_labelled_classes,
+    iter_unknown_labels,
     read_labels,
-    unknown_labels,
 )
 from facetlog.errors import InputError
 
@@ -60,7 +60,7 @@ def test_a_table_that_cannot_be_used_is_one_line(text: str, says: str, tmp_path:
 def test_labels_that_are_no_models_are_named_with_what_was_meant() -> None:
     models = ("box", "table", "step_stool")
     labels = ("box", "none", "Box", "tabel", "step stool", "near table", "lamp", "desk")
-    said = list(unknown_labels(labels, models, {"desk": Truth("table")}))
+    said = list(iter_unknown_labels(labels, models, {"desk": Truth("table")}))
     meant = [line.partition("mean ")[2].partition("?")[0] for line in said[:-1]]
     assert meant == ["box", "table", "step_stool"]
     assert said[-1].endswith("none: near table, lamp")
@@ -69,9 +69,9 @@ def test_labels_that_are_no_models_are_named_with_what_was_meant() -> None:
 def test_models_that_are_labels_or_what_labels_count_as_can_be_the_answer() -> None:
     models = ("desk", "box", "chair", "table")
     labels = [Label("a", "chair"), Label("b", "box"), Label("c", "lamp")]
-    assert classes_labelled(models, labels, {}) == ("box", "chair")
+    assert find_labelled_classes(models, labels, {}) == ("box", "chair")
     counted_as = {"lamp": Truth("table", frozenset({"none"})), "box": Truth(None)}
-    assert classes_labelled(models, labels, counted_as) == ("box", "chair", "table")
-    assert classes_labelled(models, [], {}) == ()
+    assert find_labelled_classes(models, labels, counted_as) == ("box", "chair", "table")
+    assert find_labelled_classes(models, [], {}) == ()
     with pytest.raises(InputError, match=r"no label is the name of a model \(desk, box, chair"):
-        classes_labelled(models, labels[2:], {})
+        find_labelled_classes(models, labels[2:], {})

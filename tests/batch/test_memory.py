@@ -19,9 +19,9 @@ def test_a_container_has_its_own_memory(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_what_is_beyond_the_limit_is_not_had_and_what_is_left_is_known() -> None:
     run = python(
-        "from facetlog.batch.memory import left_mb, limit_memory\n"
+        "from facetlog.batch.memory import get_left_mb, limit_memory\n"
         "limit_memory(400)\n"
-        "print(200 < left_mb() < 400)\n"
+        "print(200 < get_left_mb() < 400)\n"
         "try:\n"
         "    bytearray(500 << 20)\n"
         "except MemoryError:\n"

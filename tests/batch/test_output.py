@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.batch.output import FORMATS, read_rows, write_rows
-from facetlog.batch.rows import Row, row_from
+from facetlog.batch.rows import Row, parse_row
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row
 
@@ -28,7 +28,7 @@ def table(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 def test_rows_come_back_as_they_were(table: Path) -> None:
     rows = _rows() * 700  # more than one group
     write_rows(table, rows)
-    assert list(read_rows(table)) == [row_from(row, "") for row in rows]
+    assert list(read_rows(table)) == [parse_row(row, "") for row in rows]
 
 
 def test_a_csv_holds_no_control_characters(tmp_path: Path) -> None:

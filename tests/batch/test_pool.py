@@ -70,7 +70,7 @@ def test_what_works_too_long_is_ended_and_what_waits_its_turn_is_not(
 def test_time_in_which_no_processor_is_free_does_not_count(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("facetlog.batch.pool.queued_seconds", lambda _: time.monotonic())
+    monkeypatch.setattr("facetlog.batch.pool.get_queued_seconds", lambda _: time.monotonic())
     monkeypatch.setenv(PAUSE, "3.0")  # twice what it may take by the clock
     rows = _rows(scene_files(tmp_path, "box-1"), count=1, seconds=0.3)
     assert rows["box-1"]["error"] is None

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from facetlog.batch.engine import SceneEngine
-from facetlog.batch.rows import RowRecord, row_from, run_out
+from facetlog.batch.rows import RowRecord, has_run_out, parse_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row
@@ -15,7 +15,7 @@ from tests.batch.fake_worker import fake_row
 def test_a_row_comes_back_and_columns_of_others_are_left_out() -> None:
     for path in (__file__, "absent.json"):
         row = fake_row(path, ())
-        again = row_from({**row, "mine": 1}, "t")
+        again = parse_row({**row, "mine": 1}, "t")
         assert RowRecord.model_validate(again) == RowRecord.model_validate(row)
         assert "mine" not in again
 
@@ -26,9 +26,9 @@ def test_a_row_comes_back_and_columns_of_others_are_left_out() -> None:
 )
 def test_a_row_that_is_none_is_told_with_its_field(change: dict[str, Any], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        row_from({**fake_row(__file__, ()), **change}, "t")
+        parse_row({**fake_row(__file__, ()), **change}, "t")
     with pytest.raises(InputError, match="is it a table of classify"):
-        row_from(3, "t")
+        parse_row(3, "t")
 
 
 @pytest.mark.parametrize(
@@ -51,4 +51,4 @@ def test_whatever_goes_wrong_with_a_scene_is_one_line_of_its_row(
     engine.close()
     assert row["error"].startswith(says)
     assert engine.spent is spent
-    assert run_out(row) is spent
+    assert has_run_out(row) is spent

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import common, page
-from benchmarks.__main__ import PAGE, kept_reports, main
+from benchmarks.__main__ import PAGE, main, read_kept_reports
 from benchmarks.common import Report, Table
 from benchmarks.pictures import recognition
 
@@ -27,13 +27,13 @@ def test_the_doctests_hold(module: object) -> None:
 def test_a_figure_is_taken_from_the_row_that_is_named() -> None:
     reports = {"accuracy_example": REPORT.to_json()}
     row = "| error | {error:%} of {case} | accuracy_example; Err; case = a|b |"
-    assert page.headline_page(reports, row) == "| error | 12.3 % of a|b | accuracy_example |"
+    assert page.make_headline_page(reports, row) == "| error | 12.3 % of a|b | accuracy_example |"
     with pytest.raises(LookupError, match="accuracy_example has no row"):
-        page.headline_page(reports, row.replace("a|b |", "d |"))
+        page.make_headline_page(reports, row.replace("a|b |", "d |"))
 
 
 def test_the_kept_page_is_made_of_the_kept_reports() -> None:
-    assert PAGE.read_text(encoding="utf-8") == page.headline_page(kept_reports())
+    assert PAGE.read_text(encoding="utf-8") == page.make_headline_page(read_kept_reports())
 
 
 def test_the_machine_has_no_names_of_hosts_or_folders() -> None:

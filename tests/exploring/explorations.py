@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from facetlog.commands.robot_words import early_end_line
+from facetlog.commands.robot_words import format_early_end
 from facetlog.exploring.explorer import Explorer, Judge
 from facetlog.exploring.needs import Lead, Needs, Open
 from facetlog.judging.view_verdicts import ViewVerdict
@@ -20,12 +20,12 @@ from facetlog.robot.collecting.next_stop import Around, ChosenStops
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_log, read_record
 from facetlog.robot.collecting.ring_views import bearing
-from facetlog.robot.collecting.route import Circle, distance_to
-from facetlog.robot.collecting.session import Ended, Rig, collect, end_recorded
+from facetlog.robot.collecting.route import Circle, measure_distance_to
+from facetlog.robot.collecting.session import Ended, Rig, collect, record_end
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
-from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.parameters import find_parameters
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
@@ -39,7 +39,7 @@ START = Pose2(0.1, 0.2, 0.3)
 CHEQUER = np.kron(np.indices((12, 16)).sum(axis=0) % 2, np.ones((40, 40))) * 160 + 40
 OPEN = Needs.of_nothing(TARGET)
 DECIDED = Needs((), OPEN.things)
-ROBOT = parameters_of("p3dx")
+ROBOT = find_parameters("p3dx")
 
 
 def led(degree: float, wrong: float = 0.0) -> Needs:
@@ -76,7 +76,7 @@ class Seeing(FakeRobot):
     def nearest(self) -> float:
         """How near its rim came to any of them, m."""
         path = [(place.x, place.y) for place in self.true_path]
-        return min(distance_to(self.things, place) for place in path) - ROBOT.radius
+        return min(measure_distance_to(self.things, place) for place in path) - ROBOT.radius
 
     def _look(self, state: FakeState) -> FakeState:
         return replace(state, sonars=tuple(self._ranges(state.at)))
@@ -115,7 +115,7 @@ class Heard:
         self.lines.append(message)
 
     def ended_early(self, ended: Ended, there: int, total: int) -> None:
-        self.lines.append(early_end_line(ended, there, total))
+        self.lines.append(format_early_end(ended, there, total))
 
 
 class Exploration:
@@ -159,7 +159,7 @@ class Exploration:
         )
 
     def run(self) -> Ended:
-        with end_recorded(self.rig, len(self.stops), self.record, self.heard):
+        with record_end(self.rig, len(self.stops), self.record, self.heard):
             return collect(self.rig, self.stops, self.record, self.heard, guide=self.stops)
 
 

@@ -17,7 +17,7 @@ from facetlog.perception.types import Camera, FloatArray
 from facetlog.robot.collecting.next_stop import Around
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.ring_views import PLACES, Candidate, bearing
-from facetlog.robot.collecting.route import Circle, distance_to
+from facetlog.robot.collecting.route import Circle, measure_distance_to
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.sony_models import EVI_D30
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
@@ -74,7 +74,7 @@ def test_every_candidate_keeps_out_of_the_circle_and_looks_at_the_target() -> No
     found = around.candidates(1)
     assert len(found) >= PLACES
     for each in found:
-        assert distance_to(around.reach.closed, (each.stop.robot.x, each.stop.robot.y)) >= 0
+        assert measure_distance_to(around.reach.closed, (each.stop.robot.x, each.stop.robot.y)) >= 0
         ahead = each.pose.rotation[:, 2]
         to_target = around.target - each.pose.centre
         assert ahead @ to_target / np.linalg.norm(to_target) > math.cos(math.radians(25.0))
@@ -131,7 +131,7 @@ def test_from_far_away_as_much_shows_as_along_the_axis(axis: int, sense: int) ->
     place = np.zeros(3)
     place[axis] = 1e4 * sense
     share = float(unseen.shown_from(place).mean())
-    assert share == pytest.approx(unseen.space.would_show(axis, sense), abs=1e-6)
+    assert share == pytest.approx(unseen.space.measure_visible_unseen(axis, sense), abs=1e-6)
 
 
 def test_a_poorly_known_pose_promises_less_about_corners() -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.exploring.needs import Interest, Lack, Lead, Needs, Open, needs_of
+from facetlog.exploring.needs import Interest, Lack, Lead, Needs, Open, find_needs
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
 from facetlog.kb.explaining.verdict import Condition, Recognition, Verdict
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
@@ -40,7 +40,7 @@ def _verdict(
 
 
 def _needs(*verdicts: Verdict, interest: Interest = HERE) -> Needs:
-    return needs_of(BOX, Recognition("box", verdicts), interest)
+    return find_needs(BOX, Recognition("box", verdicts), interest)
 
 
 def _open(*verdicts: Verdict, interest: Interest = HERE) -> dict[str, Open]:

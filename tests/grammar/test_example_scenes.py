@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis, analyse
-from facetlog.grammar.example_scenes import examples_of, scene_faults, sizes_si
+from facetlog.grammar.example_scenes import convert_sizes, find_scene_faults, list_examples
 from facetlog.grammar.units import Dimension
 
 BUILDERS = {
@@ -25,7 +25,7 @@ def _faults(scene: str) -> list[tuple[str, str, str]]:
     """Code, the text that is blamed, and hint."""
     return [
         (fault.code, fault.source.text[fault.span.start : fault.span.end], fault.hint)
-        for fault in scene_faults(_analysis(scene), BUILDERS)
+        for fault in find_scene_faults(_analysis(scene), BUILDERS)
     ]
 
 
@@ -55,7 +55,7 @@ def test_what_cannot_be_built_is_blamed_at_its_place(
 
 def test_a_unit_that_there_is_not_is_reported_once_by_the_checker() -> None:
     analysis = _analysis("ball(radius 4 cmm)")
-    assert scene_faults(analysis, BUILDERS) == ()
+    assert find_scene_faults(analysis, BUILDERS) == ()
     assert [fault.code for fault in analysis.faults] == ["unknown-unit"]
 
 
@@ -66,7 +66,7 @@ def test_all_faults_of_a_scene_are_reported_in_order() -> None:
 
 def test_sizes_are_metres_radians_and_ones() -> None:
     analysis = _analysis("ramp(width 40 cm, slope 90 deg, steps 3)")
-    ((model, example),) = examples_of(analysis)
+    ((model, example),) = list_examples(analysis)
     assert model.name.text == "a"
     assert isinstance(example.scene, s.SceneBuilt)
-    assert sizes_si(example.scene) == {"width": 0.4, "slope": math.pi / 2, "steps": 3.0}
+    assert convert_sizes(example.scene) == {"width": 0.4, "slope": math.pi / 2, "steps": 3.0}

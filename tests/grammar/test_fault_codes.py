@@ -8,7 +8,7 @@ import pytest
 
 import facetlog.grammar
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.fault_codes import FAULT_KINDS, FaultKind, example_file
+from facetlog.grammar.fault_codes import FAULT_KINDS, FaultKind, build_example_file
 from facetlog.grammar.faults import Fault
 
 ROOM = Path(facetlog.grammar.__path__[0])
@@ -45,7 +45,7 @@ def test_every_kind_is_reported_in_one_sentence() -> None:
 
 
 def _faults(kind: FaultKind) -> tuple[Fault, ...]:
-    text = example_file(kind)
+    text = build_example_file(kind)
     if kind.code == "own-word":
         main = 'use "own.pl"\nmodel a\n  face b\n  ok: b is level\n'
         return analyse(Path("a.model"), main, read=lambda _: text).faults

@@ -11,7 +11,7 @@ from lsprotocol import types as lsp
 
 from facetlog.grammar.language_server.completion import completions
 from facetlog.grammar.language_server.diagnostics import diagnostics
-from facetlog.grammar.language_server.hover import hover_text
+from facetlog.grammar.language_server.hover import find_hover_text
 from facetlog.grammar.language_server.project import EditorText, Project
 from facetlog.grammar.language_server.rename import Refusal, Replacement, renamed
 from facetlog.grammar.language_server.server import outline
@@ -35,7 +35,7 @@ def test_every_text_gets_answers_everywhere(text: str, chance) -> None:  # type:
     known = occurrences(analysis)
     for one in known.every:
         assert text[one.span.start : one.span.end] == one.symbol.name
-        hover_text(analysis, one.symbol, {})
+        find_hover_text(analysis, one.symbol, {})
     for _ in range(5):
         offset = chance.randint(0, len(text))
         known.at(offset)
@@ -111,5 +111,7 @@ def test_files_of_folders_are_searched_and_hidden_ones_are_not(tmp_path: Path) -
         file.write_text("model board\n")
     (tmp_path / "deep" / "no-text.model").write_bytes(b"board \xff")
     project = Project(folders=(tmp_path,))
-    found = [path.relative_to(tmp_path).as_posix() for path in project.files_that_say("board")]
+    found = [
+        path.relative_to(tmp_path).as_posix() for path in project.find_files_with_word("board")
+    ]
     assert found == ["a.model", "deep/b.model"]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from lsprotocol import types as lsp
 
-from facetlog.grammar.language_server.diagnostics import code_actions, fix_all
+from facetlog.grammar.language_server.diagnostics import fix_all, list_code_actions
 from facetlog.grammar.language_server.project import EditorText, Project
 from facetlog.grammar.source import Span
 from tests.grammar.editor import Editor, RequestRefused
@@ -50,7 +50,9 @@ def _actions(text: str, at: str) -> list[lsp.CodeAction]:
     project, path = _project(text)
     start = text.index(at)
     span = Span(start, start + len(at))
-    return code_actions(project.analysis(path), project.faults(path), project.text(path), URI, span)
+    return list_code_actions(
+        project.analysis(path), project.faults(path), project.text(path), URI, span
+    )
 
 
 def test_a_fault_is_offered_its_fix() -> None:

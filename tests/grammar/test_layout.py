@@ -65,7 +65,7 @@ def test_an_open_bracket_or_text_is_blamed_where_it_stands(
     layout = laid_out(Source("m", text + "\nface b"))
     (fault,) = layout.faults
     assert fault.code == code
-    assert fault.source.line_and_column(fault.span.start) == (1, column)
+    assert fault.source.get_line_and_column(fault.span.start) == (1, column)
     assert [s.whole for s in layout.statements] == [False, True]
 
 

@@ -51,7 +51,7 @@ def test_what_can_be_together_is_no_fault(body: str) -> None:
 def test_it_is_reported_at_the_later_line_and_names_the_other() -> None:
     (fault,) = faults_in(ONE + "low: tilt(a) at most 20 deg\nhigh: tilt(a) at least 30 deg")
     assert fault.message == "this contradicts `tilt(a) at most 20 deg` (`low` in line 5)"
-    assert fault.source.line_and_column(fault.span.start)[0] == 6
+    assert fault.source.get_line_and_column(fault.span.start)[0] == 6
 
 
 def test_heights_of_a_flat_thing_make_it_a_warning() -> None:

@@ -219,7 +219,7 @@ def test_a_faulty_statement_is_blamed_at_the_word_that_is_wrong(
     assert fault.code == code
     start, end = fault.span.start, fault.span.end
     assert fault.source.text[start:end] == word
-    assert fault.source.line_and_column(start)[0] == 2
+    assert fault.source.get_line_and_column(start)[0] == 2
     assert hint in fault.hint
     assert len(parsed.file.models[0].parts) == 1
 
@@ -233,7 +233,7 @@ def test_words_that_are_run_together_are_no_words(line: str) -> None:
 def test_all_faults_of_a_file_are_reported_at_once_in_its_order() -> None:
     lines = ["model m", "fase a", "face b", "c: (x", "d: x at y", '"doc', "e: x is y"]
     parsed = parse(Source("m", "\n".join(lines)))
-    found = [f.source.line_and_column(f.span.start)[0] for f in parsed.faults]
+    found = [f.source.get_line_and_column(f.span.start)[0] for f in parsed.faults]
     assert found == [2, 4, 5, 6]
     assert len(parsed.file.models[0].statements) == 2
 

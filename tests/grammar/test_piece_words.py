@@ -11,7 +11,7 @@ from facetlog.grammar.analysis import Analysis, analyse
 from facetlog.grammar.compile import compiled
 from facetlog.grammar.format import formatted
 from facetlog.grammar.language_server.completion import completions
-from facetlog.grammar.language_server.hover import hover_text
+from facetlog.grammar.language_server.hover import find_hover_text
 from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
 from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.reading.parse import GRAMMAR, parse
@@ -223,7 +223,7 @@ def test_hovering_says_what_a_board_is() -> None:
         if one.symbol.kind is SymbolKind.WORD
     }
     assert {"board", "bar", "block", "carries", "thickness"} <= words.keys()
-    assert "at most 35 %" in hover_text(analysis, words["board"], {})
+    assert "at most 35 %" in find_hover_text(analysis, words["board"], {})
 
 
 def test_older_texts_may_call_their_own_by_the_new_words() -> None:

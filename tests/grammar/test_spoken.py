@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import Fault
-from facetlog.grammar.spoken import SPOKEN_WORDS, hint_of_phrase
+from facetlog.grammar.spoken import SPOKEN_WORDS, find_phrase_hint
 from facetlog.grammar.vocabulary import VOCABULARY
 
 PARTS = "model m\n  board top\n  face wall\n  at least 2 bars leg where leg carries top\n  "
@@ -108,11 +108,11 @@ def test_what_is_said_to_be_written_is_the_language(line: str) -> None:
 
 @pytest.mark.parametrize("line", ["top is", "size top", "length(top) at", "use"])
 def test_a_statement_that_only_ends_too_early_is_no_phrase(line: str) -> None:
-    assert hint_of_phrase(line, len(line)) == ""
+    assert find_phrase_hint(line, len(line)) == ""
 
 
 def test_a_phrase_before_the_fault_is_not_blamed() -> None:
-    assert hint_of_phrase("the top is level ? no", len("the top is level ")) == ""
+    assert find_phrase_hint("the top is level ? no", len("the top is level ")) == ""
 
 
 CODE = re.compile(r"`([^`]+)`")

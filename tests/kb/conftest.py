@@ -11,7 +11,7 @@ import pytest
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Body
-from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron, without_faces
+from facetlog.perception.surfaces.exact_solids.polyhedra import drop_faces, polyhedron
 from facetlog.perception.types import FloatArray
 
 Fact = tuple[str | int | float, ...]
@@ -118,7 +118,7 @@ def build_facts(
     chosen = sorted(range(len(solid.faces)) if seen is None else seen)
     size = float(np.ptp(solid.points, axis=0).max())
     whole = polyhedron(solid.points, solid.faces, sd=1e-3 * size, up=up, metric=metric, name="made")
-    scene = without_faces(whole, set(range(len(solid.faces))) - set(chosen))
+    scene = drop_faces(whole, set(range(len(solid.faces))) - set(chosen))
     body = Body(tuple(range(len(scene.faces))), tuple(range(len(scene.edges))))
     faces = {f"f{place}": f"f{face}" for place, face in enumerate(chosen, 1)}
     hidden = {f"f{face}" for face in implied}

@@ -16,14 +16,14 @@ from facetlog.kb.calibration import (
     Curve,
     InputKind,
     Maps,
+    compute_judging_key,
     content_key,
-    judging_key,
-    shipped_calibration,
+    load_shipped_calibration,
 )
 from facetlog.kb.calibration_fit import (
     Sample,
-    chosen_form,
-    expected_calibration_error,
+    choose_form,
+    compute_calibration_error,
     fit,
     held_out,
 )
@@ -110,7 +110,7 @@ def test_models_and_kinds_have_maps_of_their_own_and_lean_on_others_where_they_h
     assert said(calibration, 0.9, "table") < 0.2
     assert said(calibration, 0.9, kind=SCANNED) < 0.2
     # Of one verdict little is known: by itself 3/4, and all together are right in one of three.
-    share = 1 / (1 + chosen_form(samples).strength)
+    share = 1 / (1 + choose_form(samples).strength)
     of_all = (len(right) + 1 + 0.5) / (len(samples) + 1)
     of_kind = share * 0.75 + (1 - share) * of_all
     own = share * 0.75 + (1 - share) * of_kind
@@ -129,8 +129,8 @@ def test_a_map_rises_only_where_degrees_say_what_is_true_of_other_sources() -> N
             for i in range(10)
         ]
 
-    assert chosen_form(of(True)).rising
-    assert not chosen_form(of(False)).rising
+    assert choose_form(of(True)).rising
+    assert not choose_form(of(False)).rising
     flat = fit(of(False), KEYS)
     assert said(flat, 0.55) == said(flat, 0.95) == pytest.approx(84.5 / 121, abs=1e-2)
 
@@ -195,8 +195,8 @@ def test_fitting_makes_the_error_small_on_samples_that_were_not_fitted() -> None
 
     calibration, check = fit(drawn(4000), KEYS), drawn(4000)
     truths = [s.truth for s in check]
-    raw = expected_calibration_error([s.score for s in check], truths)
-    after = expected_calibration_error([said(calibration, s.score) for s in check], truths)
+    raw = compute_calibration_error([s.score for s in check], truths)
+    after = compute_calibration_error([said(calibration, s.score) for s in check], truths)
     assert raw > 0.2
     assert after < 0.03
 
@@ -269,7 +269,7 @@ def test_a_users_model_in_a_built_in_ones_place_has_the_map_of_all(
 
 
 def test_the_shipped_calibration_is_of_the_built_in_models_as_they_are() -> None:
-    shipped = shipped_calibration()
+    shipped = load_shipped_calibration()
     assert set(shipped.maps) == set(product(InputKind, State))
     with KnowledgeBase() as base:
         contents = {model: rules.judging for model, rules in base.models.items()}
@@ -290,13 +290,13 @@ SIZES = (
 
 @pytest.mark.parametrize("sizes", [SIZES, "\n" + SIZES, SIZES.replace("length", "width")])
 def test_sizes_that_a_verdict_reports_do_not_make_another_model(sizes: str) -> None:
-    assert judging_key(BOXES + sizes) == judging_key(BOXES)
-    assert judging_key(sizes + BOXES) == judging_key(BOXES)
+    assert compute_judging_key(BOXES + sizes) == compute_judging_key(BOXES)
+    assert compute_judging_key(sizes + BOXES) == compute_judging_key(BOXES)
     assert content_key(BOXES + sizes) != content_key(BOXES)
 
 
 def test_what_judges_beside_a_size_makes_another_model() -> None:
-    key = judging_key(BOXES + SIZES)
-    assert judging_key(BOXES + SIZES + "condition(box, 2).\n") != key
-    assert judging_key(BOXES + "resize(box).\n" + SIZES) != key
-    assert judging_key(BOXES.replace("1)", "2)") + SIZES) != key
+    key = compute_judging_key(BOXES + SIZES)
+    assert compute_judging_key(BOXES + SIZES + "condition(box, 2).\n") != key
+    assert compute_judging_key(BOXES + "resize(box).\n" + SIZES) != key
+    assert compute_judging_key(BOXES.replace("1)", "2)") + SIZES) != key

@@ -8,11 +8,11 @@ import pytest
 from facetlog.errors import InputError
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.example_scenes import sizes_si
-from facetlog.kb.examples import Case, CaseResult, Expected, example_cases, run_cases
+from facetlog.grammar.example_scenes import convert_sizes
+from facetlog.kb.examples import Case, CaseResult, Expected, list_example_cases, run_cases
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.labelled_scenes import labelled_cases
+from facetlog.kb.labelled_scenes import read_labelled_cases
 from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Scene
@@ -41,7 +41,7 @@ class Maker:
     def __call__(self, scene: s.SceneFile | s.SceneBuilt, model: Path) -> Iterable[Fact]:
         if isinstance(scene, s.SceneFile):
             raise InputError(f"{model.parent / scene.path.value} does not exist")
-        sizes = sizes_si(scene)
+        sizes = convert_sizes(scene)
         self.made.append(sizes)
         return _facts(cuboid(sizes["width"], sizes["depth"], sizes["height"]))
 
@@ -60,7 +60,7 @@ def _run(
     analysis = analyse(path)
     assert analysis.errors == ()
     base.load_rules(path)
-    return list(run_cases(base, example_cases(analysis, maker or Maker())))
+    return list(run_cases(base, list_example_cases(analysis, maker or Maker())))
 
 
 FLAT = "of cuboid(width 80 cm, depth 50 cm, height 5 cm)"
@@ -167,7 +167,7 @@ def test_labels_name_scene_thing_model_and_state(base: KnowledgeBase, tmp_path: 
         "two.json,,slab,holds\ntwo.json,t1,slab,holds\n",
         encoding="utf-8",
     )
-    cases = labelled_cases(table, lambda _: _two_things(), known=base.models)
+    cases = read_labelled_cases(table, lambda _: _two_things(), known=base.models)
     assert {case.scene for case in cases} == {str(tmp_path / "two.json")}
     results = list(run_cases(base, cases))
     assert [result.passed for result in results] == [True, True, True, False]
@@ -191,7 +191,7 @@ def test_a_faulty_table_is_refused_with_its_line(text: str, says: str, tmp_path:
     path = tmp_path / "labels.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        labelled_cases(path, lambda _: (), known=["slab"])
+        read_labelled_cases(path, lambda _: (), known=["slab"])
     assert str(caught.value).startswith(f"{path}{says}")
 
 
@@ -199,4 +199,4 @@ def test_a_table_that_is_no_text_or_not_there_is_refused(tmp_path: Path) -> None
     (tmp_path / "labels.csv").write_bytes(b"scene,\xff")
     for name, says in (("labels.csv", "UTF-8"), ("gone.csv", "cannot be read")):
         with pytest.raises(InputError, match=says):
-            labelled_cases(tmp_path / name, lambda _: (), known=["slab"])
+            read_labelled_cases(tmp_path / name, lambda _: (), known=["slab"])

@@ -13,7 +13,7 @@ from facetlog.errors import EngineError, QueryError
 from facetlog.kb.engine.terms import Atom, Term, Var
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.loading.encode import facts_program
+from facetlog.kb.loading.encode import iter_program_lines
 
 from .fresh import python
 
@@ -153,7 +153,7 @@ def test_a_python_function_may_ask_questions_itself(base: KnowledgeBase) -> None
 
 def test_written_facts_load_by_themselves(facts_of: Callable[..., Any], tmp_path: Path) -> None:
     path = tmp_path / "facts.pl"
-    path.write_text("\n".join(facts_program(facts_of("box"))) + "\n")
+    path.write_text("\n".join(iter_program_lines(facts_of("box"))) + "\n")
     goal = "forall(face(F), (write(F), nl))"
     run = subprocess.run(
         ["swipl", "--on-warning=status", "-g", goal, "-t", "halt", path],

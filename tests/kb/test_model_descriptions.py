@@ -81,7 +81,7 @@ def test_a_condition_shows_the_line_that_it_was_made_from(desk: Desk) -> None:
     (data,) = verdict.to_json(full=True)["conditions"]
     assert (data["place"], data["text"]) == (line.place, line.text)
     (miss,) = desk.base.why_not("s", "m", count=1)
-    assert "it is large – fill" in "\n".join(miss.miss_lines())
+    assert "it is large – fill" in "\n".join(miss.iter_miss_lines())
 
 
 # ---- groups

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import QueryError
-from facetlog.kb.engine.engine import piece_text
+from facetlog.kb.engine.engine import decode_piece
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.terms import Atom, Failure, Struct, Term, Var, decode_reply
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -236,7 +236,7 @@ def test_any_text_is_answered_or_refused_within_itself(base: KnowledgeBase, text
 
 def words() -> dict[tuple[str, int, str], tuple[str, str]]:
     reply = engine_pool().reply("question_words", "", seconds=9.0)
-    found = decode_reply(piece_text(reply[0]))
+    found = decode_reply(decode_piece(reply[0]))
     assert not isinstance(found, Failure)
     assert isinstance(found, tuple)
     result = {}

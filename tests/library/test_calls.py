@@ -102,7 +102,7 @@ def test_what_is_no_source_is_refused_in_a_line(source):
 def test_what_is_doubtful_of_the_views_is_a_warning_of_the_result(monkeypatch):
     block = replace(build("cuboid", {}), warnings=("up is that of the ground",))
     views = ViewSet("views", tuple(tour("block")), problems=("a.png is cut off; left out",))
-    monkeypatch.setattr("facetlog.pipeline.views_from", lambda *_, **__: views)
+    monkeypatch.setattr("facetlog.pipeline.read_views_from", lambda *_, **__: views)
     monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: block)
     monkeypatch.setattr("facetlog.perception.reading.pose_files.register.has_poses", lambda _: True)
     assert facetlog.recognize(".").warnings == (

@@ -6,20 +6,20 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.kb.explaining.verdict import Recognition
-from facetlog.mapping.placed_thing import PlacedThing, Said, placed_things
+from facetlog.mapping.placed_thing import PlacedThing, Said, place_things
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.types import Pose, View
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
+from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, format_robot_tum
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.solids import cuboid as solid_cuboid
 from facetlog.robot.rendering.solids import placed
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, make_world
-from facetlog.robot.tour import looking_at, tour_camera
+from facetlog.robot.tour import make_pose_looking_at, tour_camera
 
 SD = 0.002
 
@@ -47,7 +47,7 @@ def box_thing(
     pose_sd: float = 0.0,
 ) -> PlacedThing:
     """That box as a visit placed it, with a common error of its robot's place."""
-    (thing,) = placed_things(
+    (thing,) = place_things(
         box_at(x, y, heading, size),
         Recognition("scene", ()),
         visit,
@@ -91,7 +91,7 @@ def write_visit(
     for k in range(count):
         angle = first + 0.45 * k
         place = [x / INCH + 34.0 * math.cos(angle), 34.0 * math.sin(angle), 28.5]
-        poses.append(looking_at(place, [x / INCH, 0.0, 3.0]))
+        poses.append(make_pose_looking_at(place, [x / INCH, 0.0, 3.0]))
     views = views_of(block_world(x / INCH), poses, tour_camera(), noise_sd=3.0)
     about = {"tour": "block", "start": [0.0, 0.0, 0.0], "start_stated": stated}
     record = Record(folder, Optics(tour_camera()), about)
@@ -100,7 +100,7 @@ def write_visit(
         taken = _taken(number, view, began)
         record.add(taken, view.image)
         way.append((taken.time, taken.robot))
-    (folder / WAY_FILE).write_text(robot_tum(way), encoding="utf-8")
+    (folder / WAY_FILE).write_text(format_robot_tum(way), encoding="utf-8")
 
 
 def _taken(number: int, view: View, began: float) -> Taken:

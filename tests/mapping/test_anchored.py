@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from facetlog.mapping.visit import covariances_beside_first
+from facetlog.mapping.visit import compute_relative_covariances
 from facetlog.perception.types import FloatArray, Pose
 
 TURN_SD, WAY_SD = 0.01, 0.02
@@ -31,15 +31,15 @@ def _way(count: int) -> tuple[list[Pose], FloatArray]:
 
 def test_the_later_half_of_a_way_is_as_sure_as_if_it_had_begun_there() -> None:
     poses, covs = _way(9)
-    later = covariances_beside_first(poses[4:], covs[4:])
-    again = covariances_beside_first(poses[:5], covs[:5])
+    later = compute_relative_covariances(poses[4:], covs[4:])
+    again = compute_relative_covariances(poses[:5], covs[:5])
     assert np.trace(covs[8, :3, :3]) > 1.5 * np.trace(later[4, :3, :3])
     assert np.trace(later[4]) == pytest.approx(np.trace(again[4]), rel=0.05)
 
 
 def test_the_first_pose_is_off_by_its_head_alone() -> None:
     poses, covs = _way(5)
-    first = covariances_beside_first(poses[3:], covs[3:])[0]
+    first = compute_relative_covariances(poses[3:], covs[3:])[0]
     assert math.degrees(math.sqrt(first[5, 5])) == pytest.approx(0.25, rel=1e-6)
     assert math.sqrt(first[0, 0]) < 0.01
 
@@ -48,5 +48,5 @@ def test_after_odometry_began_anew_both_errors_count() -> None:
     poses, covs = _way(4)
     restarted = covs.copy()
     restarted[2:] = covs[:2]
-    found = covariances_beside_first(poses, restarted)
+    found = compute_relative_covariances(poses, restarted)
     assert np.trace(found[2]) > np.trace(found[0]) + np.trace(restarted[2])

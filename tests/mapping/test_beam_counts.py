@@ -5,7 +5,7 @@ import math
 import pytest
 
 from facetlog.mapping.beam_counts import BeamCounts
-from facetlog.mapping.sonar_beams import Beam, new_beams
+from facetlog.mapping.sonar_beams import Beam, iter_new_beams
 from facetlog.robot.pioneer.parameters import SonarPlace
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
@@ -39,7 +39,7 @@ def test_each_measurement_is_one_beam_from_where_its_sonar_is_in_the_world() -> 
     ]
     known: dict[int, float] = {}
     robot = Pose2(1.0, 2.0, math.pi / 2)
-    echo, nothing = new_beams(robot, sonars, known)
+    echo, nothing = iter_new_beams(robot, sonars, known)
     assert (echo.x, echo.y, echo.heading) == pytest.approx((1.0, 2.2, math.pi / 2))
     assert (echo.echo, nothing.echo) == (True, False)
-    assert list(new_beams(robot, sonars, known)) == []
+    assert list(iter_new_beams(robot, sonars, known)) == []

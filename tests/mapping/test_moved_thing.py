@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.mapping.moved_thing import Looks, without_moved
+from facetlog.mapping.moved_thing import Looks, resolve_moved_things
 from facetlog.mapping.placed_thing import PlacedThing
 from facetlog.mapping.same_thing import merged
 from facetlog.mapping.sonar_beams import Beam
@@ -62,7 +62,7 @@ PASSED = beams(SINCE, echo=False)
 
 def mapped(*things: PlacedThing, looks: Looks) -> tuple[list[tuple[float, ...]], list[float]]:
     """Where the things of the map stand, and by how much some were moved."""
-    left, moved = without_moved(merged(things)[0], looks)
+    left, moved = resolve_moved_things(merged(things)[0], looks)
     places = [tuple(np.round(t.best.pose[:2], 6).tolist()) for t in left]
     assert [thing.name for thing in left] == [f"m{k}" for k in range(1, len(left) + 1)]
     return sorted(places), [each.off for each in moved]

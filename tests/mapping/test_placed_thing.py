@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from facetlog.kb.explaining.verdict import Recognition
-from facetlog.mapping.placed_thing import placed_things, pose_covariance_at
+from facetlog.mapping.placed_thing import place_things, pose_covariance_at
 from facetlog.perception.types import Pose
 from tests.mapping.rooms import SD, box_at
 
 
 def test_a_box_has_its_place_heading_and_size() -> None:
-    (thing,) = placed_things(box_at(1.0, -2.0, 0.5), Recognition("scene", ()), "monday")
+    (thing,) = place_things(box_at(1.0, -2.0, 0.5), Recognition("scene", ()), "monday")
     assert thing.source == ("monday", "t1")
     assert thing.pose == pytest.approx([1.0, -2.0, 0.5], abs=1e-6)
     assert [each.value for each in thing.lengths] == pytest.approx([0.4, 0.3, 0.2], abs=1e-6)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from facetlog.mapping.visit import view_groups
 from facetlog.perception.types import Pose
-from facetlog.robot.tour import looking_at
+from facetlog.robot.tour import make_pose_looking_at
 
 THINGS = ([0.0, 0.0, 0.4], [2.4, 0.2, 0.2], [1.0, 3.0, 0.3])
 
@@ -16,7 +16,7 @@ THINGS = ([0.0, 0.0, 0.4], [2.4, 0.2, 0.2], [1.0, 3.0, 0.3])
 def _ring(target: list[float], count: int, first: float = 0.0) -> list[Pose]:
     angles = [first + math.tau * k / count for k in range(count)]
     places = [[target[0] + 1.8 * math.cos(a), target[1] + 1.8 * math.sin(a), 1.45] for a in angles]
-    return [looking_at(place, target) for place in places]
+    return [make_pose_looking_at(place, target) for place in places]
 
 
 @given(st.integers(0, 1000))
@@ -38,8 +38,11 @@ def test_who_comes_back_to_a_thing_goes_on_with_its_group() -> None:
 
 def test_views_that_look_at_nothing_together_are_one_group() -> None:
     """A robot that turns on the spot, and one that looks ahead on its way."""
-    spot = [looking_at([0, 0, 1], [math.cos(a), math.sin(a), 0.5]) for a in np.arange(0, 6, 0.5)]
-    ahead = [looking_at([x, 0, 1], [x + 2, 0, 0]) for x in np.arange(0, 5, 0.5)]
+    spot = [
+        make_pose_looking_at([0, 0, 1], [math.cos(a), math.sin(a), 0.5])
+        for a in np.arange(0, 6, 0.5)
+    ]
+    ahead = [make_pose_looking_at([x, 0, 1], [x + 2, 0, 0]) for x in np.arange(0, 5, 0.5)]
     assert view_groups(spot) == (tuple(range(len(spot))),)
     assert view_groups(ahead) == (tuple(range(len(ahead))),)
     assert view_groups([]) == ()

@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 import facetlog
 from facetlog.kb.explaining.unseen import Unseen
-from facetlog.kb.recognize import judged_scene
+from facetlog.kb.recognize import judge_loaded_scene
 from facetlog.page.contents import Answers, Subject, contents
 from facetlog.page.uncertainty import add_ellipsoids
 from facetlog.page.write import page
@@ -60,7 +60,7 @@ def _run(scene: Scene, *names: str) -> Recognised:
     scene = replace(scene, views=names)
     with open_models() as base:
         load_scene(base, scene)
-        recognition = judged_scene(base, scene.name)
+        recognition = judge_loaded_scene(base, scene.name)
     return Recognised(ViewSet(scene.name, views), scene, facts_of(scene), recognition)
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.line_drawing import Junction, LineDrawing, junction_type, rays_in_order
+from facetlog.perception.line_drawing import Junction, LineDrawing, classify_junction, sort_rays
 
 SD = np.deg2rad(0.3)
 NAMED = {
@@ -23,7 +23,7 @@ NAMED = {
 
 
 def of(degrees: tuple[float, ...], sd: float = SD) -> Junction:
-    return junction_type(np.deg2rad(degrees), np.full(len(degrees), sd))
+    return classify_junction(np.deg2rad(degrees), np.full(len(degrees), sd))
 
 
 @pytest.mark.parametrize("kind", Junction)
@@ -55,7 +55,7 @@ def test_a_bar_is_straight_within_what_its_lines_are_known_to(off: float, kind: 
 
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=6))
 def test_gaps_go_round_once_and_the_widest_is_last(angles: list[float]) -> None:
-    order, gaps = rays_in_order(np.array(angles))
+    order, gaps = sort_rays(np.array(angles))
     assert sorted(order.tolist()) == list(range(len(angles)))
     assert gaps.sum() == pytest.approx(2 * np.pi)
     assert gaps[-1] == pytest.approx(gaps.max(), abs=1e-5)
@@ -65,8 +65,8 @@ def test_gaps_go_round_once_and_the_widest_is_last(angles: list[float]) -> None:
 def test_of_equal_gaps_rounding_decides_nothing(off: float) -> None:
     # two lines that cross, and three evenly spread
     for degrees in ([10.0, 60.0, 190.0, 240.0], [80.0, 200.0, 320.0]):
-        order, _ = rays_in_order(np.deg2rad(degrees) + np.eye(len(degrees))[0] * off)
-        assert order.tolist() == rays_in_order(np.deg2rad(degrees))[0].tolist()
+        order, _ = sort_rays(np.deg2rad(degrees) + np.eye(len(degrees))[0] * off)
+        assert order.tolist() == sort_rays(np.deg2rad(degrees))[0].tolist()
 
 
 POINTS = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [2.0, 2.0], [9.0, 9.0]])

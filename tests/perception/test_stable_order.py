@@ -9,8 +9,8 @@ from facetlog.perception.estimation.pose_noise import GROUPS, view_groups
 from facetlog.perception.stable_order import (
     TIE,
     at_least,
+    choose_farthest_points,
     descending,
-    farthest_points,
     largest,
     ranks,
 )
@@ -58,8 +58,8 @@ def test_a_limit_is_reached_but_for_rounding() -> None:
 def test_a_ring_is_divided_evenly(count: int) -> None:
     for seed in range(5):
         noise = NOISE * np.random.default_rng(seed).uniform(-1, 1, (count, 3))
-        chosen = farthest_points(apart(ring(count) + noise), 16)
-        assert chosen == farthest_points(apart(ring(count)), 16)
+        chosen = choose_farthest_points(apart(ring(count) + noise), 16)
+        assert chosen == choose_farthest_points(apart(ring(count)), 16)
         assert len(set(chosen)) == 16
         assert max(gaps(chosen, count)) <= np.ceil(count / 8)
         first_eight = gaps(chosen[:8], count)
@@ -68,8 +68,8 @@ def test_a_ring_is_divided_evenly(count: int) -> None:
 
 def test_copies_are_not_chosen_twice() -> None:
     copied = np.repeat(ring(5), 4, axis=0)
-    assert len(farthest_points(apart(copied), 16)) == 5
-    assert farthest_points(np.zeros((3, 3)), 2) == [0]
+    assert len(choose_farthest_points(apart(copied), 16)) == 5
+    assert choose_farthest_points(np.zeros((3, 3)), 2) == [0]
 
 
 @pytest.mark.parametrize("count", [3, 12, 24, 30])

@@ -9,11 +9,11 @@ from facetlog.prototype.forms import (
     HUNG,
     between,
     borne,
-    grown_from,
     hung,
+    iter_grown_forms,
+    iter_starting_forms,
     pair,
     single,
-    starting_forms,
     under,
 )
 
@@ -82,8 +82,8 @@ def test_a_seat_on_ropes_hangs_from_them_and_stands_on_nothing() -> None:
 
 
 def test_all_forms_have_names_of_their_own_and_most_can_be_built() -> None:
-    forms = [*starting_forms()]
-    grown = [*grown_from(single("board"), single("board").sizes)]
+    forms = [*iter_starting_forms()]
+    grown = [*iter_grown_forms(single("board"), single("board").sizes)]
     built = 0
     for form in (*forms, *grown):
         try:

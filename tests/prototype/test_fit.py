@@ -8,7 +8,7 @@ from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Sid
 from facetlog.kb.explaining.verdict import Condition, Verdict
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.prototype.fit import fitted
-from facetlog.prototype.objective import Judged, margins_of
+from facetlog.prototype.objective import Judged, compute_margins
 
 
 def _compared(value: float, within: Within) -> Proof:
@@ -35,7 +35,7 @@ def _judged(sizes: Mapping[str, float], *proofs: Proof) -> Judged:
     holds = all(proof.state is State.HOLDS for proof in proofs)
     state = State.HOLDS if holds else State.FAILS
     verdict = Verdict("m", "t1", state, float(holds), float(holds), (), (), conditions)
-    return Judged(sizes, cuboid(), verdict, margins_of(verdict))
+    return Judged(sizes, cuboid(), verdict, compute_margins(verdict))
 
 
 def _fitted(judge: object, **start: float) -> Judged:

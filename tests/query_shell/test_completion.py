@@ -2,7 +2,7 @@
 
 import pytest
 
-from facetlog.query_shell.completion import hint_at, proposals
+from facetlog.query_shell.completion import find_hint, proposals
 from facetlog.query_shell.lines import execute
 from facetlog.query_shell.shell import Shell
 
@@ -71,6 +71,6 @@ def test_files_are_proposed_after_load(shell, tmp_path):
     ],
 )
 def test_the_hint_is_about_the_word_or_the_call_at_the_cursor(shell, text, place, hint):
-    found = hint_at(shell, text, place)
+    found = find_hint(shell, text, place)
     assert found.startswith(hint)
     assert bool(found) == bool(hint)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from facetlog.query_shell.goal_text import (
     MOST_LINES,
     TokenKind,
-    call_at,
     calls,
+    find_call,
     goals,
     is_complete,
     split_goals,
@@ -32,7 +32,7 @@ def test_tokens_are_the_text_but_for_white_space(text):
 @given(ODD)
 def test_nothing_that_is_typed_is_an_error(text):
     for place in range(len(text) + 1):
-        call_at(text, place)
+        find_call(text, place)
     calls(text), is_complete(text), list(split_goals(text)), variables(text)
 
 

@@ -18,7 +18,7 @@ from typing import IO
 import pytest
 
 import facetlog
-from facetlog.query_shell.prompt import history_at, history_path
+from facetlog.query_shell.prompt import find_history_path, open_history
 from tests.patience import allowed
 
 from .scenes import write_block
@@ -128,7 +128,7 @@ def test_goals_are_answered_and_remembered(scene):
         assert first.end() == 0
     finally:
         first.close()
-    assert "+face(f1), angle(f1, f2, D, _)" in history_path().read_text()
+    assert "+face(f1), angle(f1, f2, D, _)" in find_history_path().read_text()
 
 
 @pytest.mark.slow
@@ -178,19 +178,19 @@ def test_a_plain_terminal_will_do(scene):
 
 
 def test_the_history_is_for_its_owner_only():
-    path = history_path()
-    history_at(path).store_string("face(F)")
+    path = find_history_path()
+    open_history(path).store_string("face(F)")
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
-    assert list(history_at(path).load_history_strings()) == ["face(F)"]
+    assert list(open_history(path).load_history_strings()) == ["face(F)"]
 
 
 def test_a_history_that_cannot_be_written_is_no_error(tmp_path):
     (tmp_path / "file").touch()
-    blocked = history_at(tmp_path / "file" / "history")
+    blocked = open_history(tmp_path / "file" / "history")
     blocked.append_string("face(F)")
     assert blocked.get_strings() == ["face(F)"]
-    vanished = history_at(tmp_path / "gone" / "history")
+    vanished = open_history(tmp_path / "gone" / "history")
     (tmp_path / "gone" / "history").unlink()
     (tmp_path / "gone").rmdir()
     vanished.store_string("face(F)")

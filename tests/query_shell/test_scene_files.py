@@ -7,27 +7,27 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import boxes
 from facetlog.perception.surfaces.scene_file import write_scene
 from facetlog.query_shell.scene_files import (
     is_raw_shape,
+    make_names_distinct,
     scene_file,
-    scenes_and_goal,
-    with_distinct_names,
+    split_scenes_and_goal,
 )
 
 from .scenes import write_block
 
 
 def test_the_last_argument_is_a_goal_unless_there_is_such_a_file(scene):
-    assert scenes_and_goal([str(scene), "face(F)"]) == ((scene,), "face(F)")
-    assert scenes_and_goal([str(scene), str(scene)]) == ((scene, scene), None)
-    assert scenes_and_goal([str(scene), "X is 1/2"])[1] == "X is 1/2"
-    assert scenes_and_goal([str(scene), "x" * 5000])[1] == "x" * 5000
+    assert split_scenes_and_goal([str(scene), "face(F)"]) == ((scene,), "face(F)")
+    assert split_scenes_and_goal([str(scene), str(scene)]) == ((scene, scene), None)
+    assert split_scenes_and_goal([str(scene), "X is 1/2"])[1] == "X is 1/2"
+    assert split_scenes_and_goal([str(scene), "x" * 5000])[1] == "x" * 5000
 
 
 @pytest.mark.parametrize("missing", ["other.json", "out/other", "./other"])
 def test_a_file_that_is_not_there_is_no_goal(scene, missing):
     with pytest.raises(InputError, match="does not exist"):
-        scenes_and_goal([str(scene), missing])
+        split_scenes_and_goal([str(scene), missing])
     with pytest.raises(InputError, match="does not exist"):
-        scenes_and_goal([missing, "face(F)"])
+        split_scenes_and_goal([missing, "face(F)"])
 
 
 @pytest.mark.parametrize("path", ["absent", "empty", "loop"])
@@ -50,7 +50,7 @@ def test_the_folder_of_a_colmap_model_is_a_raw_shape_without_a_scene(tmp_path):
 def test_scenes_of_one_name_are_told_apart_by_their_folders(tmp_path):
     files = [scene_file(write_block(tmp_path / place)) for place in ("a/x", "b/x", "c")]
     other = scene_file(write_block(tmp_path / "d", name="lone"))
-    names = [file.name for file in with_distinct_names([*files, other])]
+    names = [file.name for file in make_names_distinct([*files, other])]
     assert names == ["block@x", "block@b/x", "block@c", "lone"]
 
 

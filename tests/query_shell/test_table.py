@@ -9,7 +9,7 @@ from rich.cells import cell_len
 from facetlog.kb.engine.terms import Atom, Struct, Term
 from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.meanings import Meaning, meanings
-from facetlog.query_shell.shown_terms import shown, term_json
+from facetlog.query_shell.shown_terms import convert_term, shown
 from facetlog.query_shell.table import Table
 
 
@@ -74,7 +74,7 @@ def test_terms_are_written_as_prolog_reads_them(term, text):
 
 
 def test_json_tells_strings_from_atoms_and_has_no_infinities():
-    assert term_json((Atom("a"), "a", math.inf, Fraction(1, 3))) == [
+    assert convert_term((Atom("a"), "a", math.inf, Fraction(1, 3))) == [
         "a",
         {"string": "a"},
         {"float": "inf"},

@@ -14,10 +14,10 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Image
 from facetlog.pipeline import open_models
-from facetlog.recordings.moments import Moment, candidate_views
+from facetlog.recordings.moments import Moment, read_candidate_views
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
+from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, format_robot_tum
 from facetlog.robot.collecting.run_sessions import Run
 from facetlog.robot.mount.kinematics import Gaze, camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
@@ -72,7 +72,7 @@ class Collection:
                 second.way,
                 self.scene,
                 self.recognition,
-                candidate_views([CHOICE], second.taken.name),
+                read_candidate_views([CHOICE], second.taken.name),
             ),
         ]
 
@@ -83,7 +83,7 @@ class Collection:
             if view.name == CHOICE["image"]:
                 record.note(CHOICE)
             record.add(view, image)
-        (folder / WAY_FILE).write_text(robot_tum(self.way), encoding="utf-8")
+        (folder / WAY_FILE).write_text(format_robot_tum(self.way), encoding="utf-8")
 
 
 def collection() -> Collection:

@@ -17,7 +17,7 @@ from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
 from facetlog.pipeline import open_models
 from facetlog.recordings.mcap_recording import McapRecording
-from facetlog.recordings.moments import recorded_optics
+from facetlog.recordings.moments import read_recorded_optics
 from facetlog.recordings.recording_request import record_collection
 from facetlog.robot.pioneer.state import OdometryErrors
 from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection
@@ -198,7 +198,7 @@ def test_the_folder_gives_the_same_recording_afterwards(
     """But for what two pictures of noise do not show."""
     folder = tmp_path / "views"
     collected.write(folder)
-    found = recorded_optics(folder)
+    found = read_recorded_optics(folder)
     assert found.camera == OPTICS.camera
     assert dict(found.coefficients) == dict(OPTICS.coefficients)
     path = tmp_path / "again.mcap"

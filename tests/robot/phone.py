@@ -41,7 +41,7 @@ class Phone:
     jpeg_quality: int = 92
 
 
-def phone_picture(world: World, phone: Phone, pose: Pose, rng: np.random.Generator) -> Image:
+def take_phone_picture(world: World, phone: Phone, pose: Pose, rng: np.random.Generator) -> Image:
     """The picture (H, W) that a phone at a pose, which is that of its middle row, takes."""
     camera = phone.camera
     wide, high = (round(FINER * WIDER * n) for n in (camera.width, camera.height))

@@ -14,10 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.types import Camera, FloatArray, Pose, View
-from facetlog.robot.recording import Format, pan_tilt_angles, write_views
+from facetlog.robot.recording import Format, compute_pan_tilt_angles, write_views
 from facetlog.robot.rendering.views import (
     Similarity,
-    random_similarity,
+    draw_similarity,
     simulate,
 )
 from facetlog.robot.rendering.worlds import make_world
@@ -30,19 +30,19 @@ angles = st.floats(-np.pi, np.pi)
 @given(angles, angles, angles)
 def test_pan_tilt_and_skew_describe_any_rotation(a: float, b: float, c: float) -> None:
     pose = Pose(Rotation.from_euler("zxz", [a, b, c]).as_matrix(), np.zeros(3))
-    again = pan_tilt_pose(0, 0, 0, *pan_tilt_angles(pose))
+    again = pan_tilt_pose(0, 0, 0, *compute_pan_tilt_angles(pose))
     np.testing.assert_allclose(again.rotation, pose.rotation, atol=1e-7)
 
 
 @pytest.mark.parametrize("tilt", [0.0, -np.pi])
 def test_a_camera_that_looks_straight_up_or_down_has_angles_too(tilt: float) -> None:
     pose = pan_tilt_pose(0, 0, 0, 0.4, tilt, 0.3)
-    again = pan_tilt_pose(0, 0, 0, *pan_tilt_angles(pose))
+    again = pan_tilt_pose(0, 0, 0, *compute_pan_tilt_angles(pose))
     np.testing.assert_allclose(again.rotation, pose.rotation, atol=1e-9)
 
 
 def test_a_pan_tilt_folder_holds_the_views(tmp_path: Path) -> None:
-    frame = random_similarity(np.random.default_rng(4), scale=3.0, reach=10)
+    frame = draw_similarity(np.random.default_rng(4), scale=3.0, reach=10)
     views = simulate(tmp_path, make_world("block"), tour_poses()[:3], SMALL, frame=frame)
     camera = tomllib.loads((tmp_path / "camera.toml").read_text())
     assert camera.pop("unit") == "in"
@@ -86,7 +86,7 @@ def test_the_truth_written_projects_alike_in_every_frame(tmp_path: Path) -> None
         h = np.column_stack([points, np.ones(len(points))]) @ views[1].projection.T
         return np.asarray(h[:, :2] / h[:, 2:])
 
-    moved = random_similarity(np.random.default_rng(1), scale=1000.0, reach=50.0)
+    moved = draw_similarity(np.random.default_rng(1), scale=1000.0, reach=50.0)
     plain = corners(tmp_path / "plain", None)
     np.testing.assert_allclose(corners(tmp_path / "moved", moved), plain, atol=1e-6)
 

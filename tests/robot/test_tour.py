@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.tour import looking_at, ring_poses, tour_poses
+from facetlog.robot.tour import make_pose_looking_at, make_ring_poses, tour_poses
 
 finite = st.floats(-100, 100)
 points = st.tuples(finite, finite, finite).map(np.array)
@@ -26,7 +26,7 @@ def test_all_24_views_of_the_tour_look_at_the_block() -> None:
 def test_a_camera_looks_at_its_target_and_stands_upright(eye: FloatArray, aim: FloatArray) -> None:
     if np.hypot(*(aim - eye)[:2]) < 1e-3:
         return
-    pose = looking_at(eye, aim)
+    pose = make_pose_looking_at(eye, aim)
     x, y, z = (aim - pose.centre) @ pose.rotation
     assert z > 0
     assert abs(x) < 1e-6 * z + 1e-9
@@ -38,7 +38,7 @@ def test_a_camera_looks_at_its_target_and_stands_upright(eye: FloatArray, aim: F
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
 def test_a_ring_stands_round_its_target_at_any_scale(scale: float) -> None:
     target = scale * np.array([1.0, 2.0, 0.5])
-    poses = ring_poses(target, 3 * scale, (scale, 2 * scale), 8)
+    poses = make_ring_poses(target, 3 * scale, (scale, 2 * scale), 8)
     offsets = np.array([p.centre - target for p in poses])
     assert np.linalg.norm(offsets[:, :2], axis=1) == pytest.approx(3 * scale)
     assert offsets[:, 2] == pytest.approx(scale * np.array([1, 2] * 4))

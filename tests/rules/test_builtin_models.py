@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.commands.model.scenes import builder_sizes, example_facts
+from facetlog.commands.model.scenes import list_builder_sizes, make_example_facts
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.example_scenes import scene_faults
+from facetlog.grammar.example_scenes import find_scene_faults
 from facetlog.grammar.format import formatted
 from facetlog.grammar.library import BUILTIN
-from facetlog.kb.examples import example_cases, run_cases
+from facetlog.kb.examples import list_example_cases, run_cases
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
 
@@ -20,13 +20,13 @@ MODELS = sorted(BUILTIN.glob("*.model"))
 def test_a_model_is_without_fault_and_in_canonical_layout(path: Path) -> None:
     analysis = analyse(path)
     assert analysis.faults == ()
-    assert scene_faults(analysis, builder_sizes()) == ()
+    assert find_scene_faults(analysis, list_builder_sizes()) == ()
     assert formatted(analysis.file.source) == analysis.file.source.text
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
 def test_examples_are_as_they_say(path: Path) -> None:
-    cases = example_cases(analyse(path), example_facts)
+    cases = list_example_cases(analyse(path), make_example_facts)
     assert {case.expected.state for case in cases} == set(State)
     with KnowledgeBase() as base:
         failed = [result for result in run_cases(base, cases) if not result.passed]

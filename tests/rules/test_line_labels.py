@@ -18,7 +18,7 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     table,
     wedge,
 )
-from tests.drawn_scenes import true_labels, viewed
+from tests.drawn_scenes import find_true_labels, viewed
 
 from .test_plunit import BRIDGE
 
@@ -145,7 +145,7 @@ def test_labels_of_solids_are_what_their_faces_are_to_each_other(
     base: KnowledgeBase, build: object
 ) -> None:
     scene = viewed(build(), views=5)  # type: ignore[operator]
-    truth = true_labels(scene)
+    truth = find_true_labels(scene)
     found = labelled(base, scene)
     assert list(base.query("impossible_drawing(V, J)")) == []
     wrong = [

@@ -14,7 +14,7 @@ from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.scene_facts import asks_on_demand
+from facetlog.kb.loading.scene_facts import needs_facts_on_demand
 from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, scene_facts
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.scene import Scene
@@ -100,7 +100,7 @@ def test_each_solid_is_what_its_pieces_make(loaded: Loaded, scene: str, holding:
 
 
 def test_a_block_is_no_board_and_the_proof_says_by_which_shares(loaded: Loaded) -> None:
-    said = "\n".join(_verdict(loaded[0], "cuboid", "table2").miss_lines())
+    said = "\n".join(_verdict(loaded[0], "cuboid", "table2").iter_miss_lines())
     assert "thickness(p1) = 75.0 ± 1.1 % of width(p1), needs at most 35 %" in said
 
 
@@ -113,7 +113,7 @@ def test_a_chair_is_no_table_since_something_stands_on_it(loaded: Loaded) -> Non
 def test_who_names_no_piece_does_not_ask_for_them() -> None:
     with BatchJudge() as judge:
         assert not {kind.functor for kind in PIECE_KINDS} & {name for name, _ in judge.needed}
-    assert not asks_on_demand((builtin_rules() / "shelf.pl").read_text(encoding="utf-8"))
+    assert not needs_facts_on_demand((builtin_rules() / "shelf.pl").read_text(encoding="utf-8"))
 
 
 WINDOW = """model window
@@ -141,7 +141,7 @@ def test_a_window_is_a_frame_with_one_opening_in_its_front(tmp_path: Path) -> No
             found[name] = base.why(name, "window")
     assert found["one"].state is State.HOLDS
     assert next(p.faces for p in found["one"].parts if p.role == "pane") == ("o1",)
-    assert [c.label for c in found["two"].conditions_that(State.FAILS)] == ["alone"]
+    assert [c.label for c in found["two"].list_conditions_in_state(State.FAILS)] == ["alone"]
 
 
 WORDS = """model book_rack
@@ -243,7 +243,7 @@ def test_words_of_places_and_counts_say_the_same_in_both_ways(
 def test_a_closed_mesh_without_a_hole_is_no_hoop_and_says_so(worded: Loaded) -> None:
     verdict = _alike(worded, "plain", of_boxes(((0.0, 0.0, 0.0), (1.0, 0.1, 1.0))))["hoop"]
     assert verdict.state is State.FAILS
-    said = "\n".join(verdict.miss_lines())
+    said = "\n".join(verdict.iter_miss_lines())
     assert "none was found, at least 1 is wanted" in said
     assert "there may be more" not in said
 

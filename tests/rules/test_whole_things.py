@@ -11,7 +11,7 @@ from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -28,7 +28,7 @@ def pole(x: float, y: float, radius: float, low: float, high: float) -> trimesh.
 
 def scene(*parts: trimesh.Trimesh) -> Scene:
     joined = trimesh.util.concatenate(list(parts))
-    return scene_of_mesh(Mesh.of(joined.vertices, joined.faces, name="made"), up=UP)
+    return make_mesh_scene(Mesh.of(joined.vertices, joined.faces, name="made"), up=UP)
 
 
 def pedestal_table() -> Scene:
@@ -126,4 +126,4 @@ def test_verdicts_do_not_depend_on_frame_or_unit(judge: BatchJudge) -> None:
     parts.apply_transform(turn)
     parts.apply_scale(1000.0)
     mesh = Mesh.of(parts.vertices, parts.faces, name="turned")
-    assert holding(judge, scene_of_mesh(mesh, up=turn[:3, :3] @ UP)) == {"chair"}
+    assert holding(judge, make_mesh_scene(mesh, up=turn[:3, :3] @ UP)) == {"chair"}

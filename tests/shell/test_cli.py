@@ -60,7 +60,9 @@ def test_wrong_usage_ends_with_2(argv, capsys):
 def test_the_demo_judges_by_models_of_ones_own(tmp_path, monkeypatch, capsys):
     scene = cuboid()
     views = ViewSet("block", ())
-    monkeypatch.setattr("facetlog.commands.recognize.simulated_views", lambda *_, **__: views)
+    monkeypatch.setattr(
+        "facetlog.commands.recognize.render_simulated_views", lambda *_, **__: views
+    )
     monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: scene)
     model = tmp_path / "thing_with_faces.pl"
     model.write_text(
@@ -80,7 +82,7 @@ def test_of_an_interruption_nothing_is_said_but_that(monkeypatch, capsys):
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("facetlog.commands.recognize.views_from", interrupted)
+    monkeypatch.setattr("facetlog.commands.recognize.read_views_from", interrupted)
     assert main(["recognize", "views"]) == 130
     assert capsys.readouterr() == ("", "facetlog: interrupted\n")
 

@@ -10,8 +10,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from facetlog.commands.collect import _ProgressLines, recorded_goal
-from facetlog.commands.robot_options import ended_by_signals
+from facetlog.commands.collect import _ProgressLines, read_recorded_goal
+from facetlog.commands.robot_options import end_at_signals
 from facetlog.judging.view_verdicts import ViewVerdict, ViewVerdicts
 from facetlog.perception.types import Pose
 from facetlog.robot.camera.checks import Quality
@@ -87,7 +87,7 @@ def test_the_goal_of_a_folder_is_that_of_its_last_run(log, tmp_path):
     runs = [{**BEGUN, "until": "table >= 90%"}, {"result": "ended", "taken": 0}]
     for lines, goal in ((runs, Goal("table", 0.9)), ([*runs, BEGUN], None)):
         log(*lines)
-        assert recorded_goal(tmp_path / "views") == goal
+        assert read_recorded_goal(tmp_path / "views") == goal
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_what_would_end_or_halt_the_program_is_an_interrupt(number):
 
 
 def _signalled(number: signal.Signals) -> None:
-    with ended_by_signals():
+    with end_at_signals():
         # Where nothing catches it, SIGTSTP would put the tests to sleep, not fail them.
         assert signal.getsignal(number) is not signal.SIG_DFL
         os.kill(os.getpid(), number)

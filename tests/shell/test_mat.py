@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.cli import main
-from facetlog.mat_sheet import mat_figure
+from facetlog.mat_sheet import draw_mat_figure
 from facetlog.perception.reading.mat.mats import MATS
 from tests.perception.reading.mat.mat_photos import around, photo, photos, write_photos
 
@@ -26,7 +26,7 @@ def test_the_page_is_as_large_as_its_paper(mat, tmp_path):
 
 @pytest.mark.parametrize("mat", MATS, ids=lambda mat: mat.paper)
 def test_words_and_bar_lie_on_the_page_and_below_the_board(mat):
-    page = mat_figure(mat)
+    page = draw_mat_figure(mat)
     (axes,) = page.axes
     low = (mat.height_mm - mat.rows * mat.square_mm) / 2
     per_mm = page.dpi / 25.4

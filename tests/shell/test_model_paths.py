@@ -53,14 +53,14 @@ def test_a_session_loads_a_changed_model_file_again(tmp_path):
     with Session() as session:
         (scene,) = session.load_scenes([tmp_path / "flat.json"])
         assert session.load_models([plank]) == ("plank",)
-        assert session.changed_models() == ()
+        assert session.reload_changed_models() == ()
         assert len(session.base.why(scene.name, "plank").conditions) == 3
         path.write_text(SLAB.split("  thin")[0])
-        (line,) = session.changed_models()
+        (line,) = session.reload_changed_models()
         assert "slab.model, which " in line
         assert len(session.base.why(scene.name, "plank").conditions) == 2
         path.write_text(SLAB.replace("thin:", "thin"))
-        (line,) = session.changed_models()
+        (line,) = session.reload_changed_models()
         assert "the version before stays in force" in line
-        assert session.changed_models() == ()
+        assert session.reload_changed_models() == ()
         assert len(session.base.why(scene.name, "plank").conditions) == 2

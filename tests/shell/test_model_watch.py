@@ -11,7 +11,7 @@ import pytest
 from facetlog.commands.model import watch
 from facetlog.commands.model.watch import Ran, changes, watched
 from facetlog.errors import InputError
-from facetlog.query_shell.model_files import stamp_of
+from facetlog.query_shell.model_files import read_stamp
 
 GOOD = 'model slab\n  "A board."\n  face top\n  level: top is level\n'
 GOOD += '  example "board" of cuboid(height 2 cm) holds\n'
@@ -49,7 +49,7 @@ def test_content_that_differs_and_files_that_come_and_go_are_changes(path):
     found = []
     with suppress(KeyboardInterrupt):
         files = changes(
-            lambda: frozenset(path.parent.glob("*.model")), {path: stamp_of(path)}, wait
+            lambda: frozenset(path.parent.glob("*.model")), {path: read_stamp(path)}, wait
         )
         found.extend({file.name for file in stamps} for stamps in files)
     assert found == [{"a.model"}, set(), {"b.model"}]

@@ -7,7 +7,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from facetlog import __main__, cli
-from facetlog.one_thread import ONE_THREAD, on_one_thread
+from facetlog.one_thread import ONE_THREAD, use_one_thread
 
 
 def test_the_command_line_takes_one_thread_where_the_user_says_nothing(monkeypatch):
@@ -24,14 +24,14 @@ def test_the_command_line_takes_one_thread_where_the_user_says_nothing(monkeypat
     }
 
 
-def blas_threads() -> set[int]:
+def count_blas_threads() -> set[int]:
     assert np.linalg.inv(np.eye(2)).any()  # loaded
     return {info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"}
 
 
 def test_a_python_program_has_its_own_number_of_threads_again_afterwards():
     with threadpool_limits(2, user_api="blas"):
-        before = blas_threads()
-        with on_one_thread():
-            assert blas_threads() == {1}
-        assert blas_threads() == before
+        before = count_blas_threads()
+        with use_one_thread():
+            assert count_blas_threads() == {1}
+        assert count_blas_threads() == before

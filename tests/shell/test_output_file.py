@@ -9,7 +9,7 @@ from facetlog.cli import main
 from facetlog.errors import InputError
 from facetlog.output_file import OWN_PAGE, OWN_SCENE, check_distinct, check_output_file
 from facetlog.output_folder import check_replaceable, output_folder
-from facetlog.perception.atomic_write import write_whole
+from facetlog.perception.atomic_write import write_atomically
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scene_file import write_scene
 
@@ -82,7 +82,7 @@ def test_two_outputs_are_not_one_file(tmp_path):
 def test_a_link_is_written_through_also_where_it_leads_nowhere_yet(tmp_path):
     (tmp_path / "file").symlink_to("target")
     for content in (b"first", b"second"):
-        write_whole(tmp_path / "file", content)
+        write_atomically(tmp_path / "file", content)
         assert (tmp_path / "file").is_symlink()
         assert (tmp_path / "target").read_bytes() == content
     (tmp_path / "folder").symlink_to("inner")

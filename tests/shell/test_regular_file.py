@@ -8,17 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.batch.content import content_hash
+from facetlog.batch.content import hash_content
 from facetlog.batch.labels import read_labels
 from facetlog.errors import InputError
 from facetlog.grammar.analysis import analyse
-from facetlog.kb.labelled_scenes import labelled_cases
-from facetlog.kb.loading.rule_source import rule_text
+from facetlog.kb.labelled_scenes import read_labelled_cases
+from facetlog.kb.loading.rule_source import read_rule_text
 from facetlog.perception.reading.picture_file import read_picture
 from facetlog.perception.reading.pose_files.file_values import read_text
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.surfaces.scene_file import read_scene
-from facetlog.query_shell.model_files import stamp_of
+from facetlog.query_shell.model_files import read_stamp
 from facetlog.query_shell.scene_files import scene_file
 from facetlog.regular_file import read_regular, read_regular_text
 from facetlog.robot.collecting.tour_file import read_tour
@@ -42,7 +42,7 @@ def make(request, tmp_path, monkeypatch):
 def test_what_is_no_regular_file_is_refused_at_once(name, make, tmp_path):
     path = tmp_path / name
     make(path)
-    for read in (content_hash, lambda file: read_shape(file, ShapeOptions())):
+    for read in (hash_content, lambda file: read_shape(file, ShapeOptions())):
         with pytest.raises(InputError, match=rf"{name}: .*is .*; give a"):
             read(path)
 
@@ -52,20 +52,20 @@ def test_what_is_no_regular_file_is_refused_at_once(name, make, tmp_path):
     [
         read_scene,
         read_picture,
-        rule_text,
+        read_rule_text,
         read_labels,
         read_world,
         read_mount,
         lambda path: tuple(read_tour(path).views),
         read_text,
-        lambda path: labelled_cases(path, lambda _: (), known=()),
+        lambda path: read_labelled_cases(path, lambda _: (), known=()),
     ],
 )
 def test_every_reader_takes_regular_files_alone(read, make, tmp_path):
     make(tmp_path / "x.csv")
     with pytest.raises(InputError, match="it is a pipe, a socket or a device; give a file"):
         read(tmp_path / "x.csv")
-    assert stamp_of(tmp_path / "x.csv") is None
+    assert read_stamp(tmp_path / "x.csv") is None
     make(tmp_path / "x.json")
     with pytest.raises(InputError, match="it is a pipe, a socket or a device; give a file"):
         scene_file(tmp_path / "x.json")

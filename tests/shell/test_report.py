@@ -35,7 +35,9 @@ def test_json_has_a_line_for_each_condition():
 @pytest.mark.slow
 def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(monkeypatch, capsys):
     views = ViewSet("block", ())
-    monkeypatch.setattr("facetlog.commands.recognize.simulated_views", lambda *_, **__: views)
+    monkeypatch.setattr(
+        "facetlog.commands.recognize.render_simulated_views", lambda *_, **__: views
+    )
     monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: cuboid())
 
     def said(*options: str) -> str:
@@ -59,7 +61,7 @@ def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(monkeypatc
         assert condition.pop("proof")["state"] == condition["state"]
         condition.pop("text")
     brief = json.loads(written)
-    assert holds_all_of(full, brief)
+    assert contains_all_of(full, brief)
     for whole, short in zip(full["verdicts"], brief["verdicts"], strict=True):
         fails = short["state"] == "fails"
         assert short["sizes"].keys() == (set() if fails else whole["sizes"].keys())
@@ -69,10 +71,10 @@ def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(monkeypatc
                 assert (one["because"] or {}).keys() == (other["because"] or {}).keys()
 
 
-def holds_all_of(full: Any, brief: Any) -> bool:
+def contains_all_of(full: Any, brief: Any) -> bool:
     """Whether all that is in the brief data is in the full, to six digits."""
     if isinstance(brief, dict):
-        return all(holds_all_of(full[key], value) for key, value in brief.items())
+        return all(contains_all_of(full[key], value) for key, value in brief.items())
     if isinstance(brief, list):
-        return not brief or all(holds_all_of(*pair) for pair in zip(full, brief, strict=True))
+        return not brief or all(contains_all_of(*pair) for pair in zip(full, brief, strict=True))
     return bool(full == (pytest.approx(brief, rel=1e-5) if isinstance(brief, float) else brief))

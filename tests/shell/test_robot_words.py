@@ -10,8 +10,8 @@ from facetlog.cli import main
 from facetlog.commands.robot_words import (
     COLLECT_AGAIN,
     MOUNT_AGAIN,
-    early_end_line,
-    wording_errors,
+    format_early_end,
+    reword_errors,
 )
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.collecting import run
@@ -21,7 +21,7 @@ from facetlog.robot.collecting.plan import Plan
 from facetlog.robot.collecting.record import Record
 from facetlog.robot.collecting.request import Request
 from facetlog.robot.collecting.run import Collected
-from facetlog.robot.collecting.session import Ended, Listener, Rig, end_recorded
+from facetlog.robot.collecting.session import Ended, Listener, Rig, record_end
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.pioneer.guard import MOTORS_OFF_TEXT
 from facetlog.robot.pioneer.pioneer import Pioneer
@@ -30,7 +30,7 @@ from tests.exploring.explorations import OPTICS, REACH, picture
 from tests.robot.collecting.fakes import FakeCamera, FakeHead, FakeRobot
 
 
-def rig_at(place: Pose2) -> Rig:
+def make_rig(place: Pose2) -> Rig:
     """A robot that stands there, with all that belongs to it."""
     robot = FakeRobot(place)
     head = FakeHead(robot)
@@ -62,7 +62,7 @@ def test_what_to_do_is_said_in_options(said, shown, again):
     assert isinstance(fault, DeviceTimeout)
     assert str(fault) == shown.replace("AGAIN", again)
     assert str(worded(fault, again)) == str(fault)
-    with pytest.raises(DeviceTimeout, match=re.escape(str(fault))), wording_errors(again):
+    with pytest.raises(DeviceTimeout, match=re.escape(str(fault))), reword_errors(again):
         raise DeviceTimeout(said)
 
 
@@ -120,7 +120,7 @@ def test_collect_says_what_to_do_before_and_on_the_way(tmp_path, monkeypatch, ca
     ],
 )
 def test_an_early_end_is_one_line(ended, line):
-    assert early_end_line(ended, 1, 24, most="at most ") == line
+    assert format_early_end(ended, 1, 24, most="at most ") == line
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_what_is_raised_on_the_way_is_said_once_in_the_last_line(
 ):
     def collects(_: Request, listener: Listener) -> Collected:
         record = Record(tmp_path, OPTICS, {})
-        with end_recorded(rig_at(Pose2(1.5, 0.25)), 3, record, listener):
+        with record_end(make_rig(Pose2(1.5, 0.25)), 3, record, listener):
             raise raised
 
     monkeypatch.setattr(run, "run_collection", collects)

@@ -14,7 +14,7 @@ from facetlog.cli import main
 from facetlog.commands.scene import MOST_LINES
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.scene_file import read_scene, scene_to_json, write_scene
+from facetlog.perception.surfaces.scene_file import encode_scene, read_scene, write_scene
 
 
 @pytest.fixture
@@ -157,7 +157,7 @@ def test_what_cannot_be_is_one_line_and_leaves_no_file(argv, says, run):
 
 
 def _edited(**changes: Any) -> str:
-    data = json.loads(scene_to_json(cuboid(0.3, 0.2, 0.1)))
+    data = json.loads(encode_scene(cuboid(0.3, 0.2, 0.1)))
     return json.dumps({**data, **changes})
 
 
@@ -180,7 +180,7 @@ def test_validate_tells_every_fault_by_its_path(run):
 
 
 def test_validate_writes_some_faults_of_many_and_cuts_what_is_long(run):
-    faces = json.loads(scene_to_json(cuboid(0.3, 0.2, 0.1)))["faces"]
+    faces = json.loads(encode_scene(cuboid(0.3, 0.2, 0.1)))["faces"]
     Path("many.json").write_text(_edited(faces=[{**f, "support": 2} for f in faces] * 100))
     Path("long.json").write_text(_edited(**{"k" * 100_000: 1}))
     Path("digits.json").write_text(_edited(edges=[{"start": 0, "end": int("9" * 400)}]))

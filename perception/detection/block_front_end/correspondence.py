@@ -70,7 +70,7 @@ def track_vertices(
         return ()
     # The points of two views are as uncertain as these: twice the variance in the vote.
     spread = float(np.sqrt(np.median(np.trace(seen.cov, axis1=1, axis2=2)) / 2.0))
-    off = seen.chi_squares(points, spread)
+    off = seen.compute_chi_squares(points, spread)
     off += seen.label_costs(seen.label[pairs].max(axis=1)[:, None])
     used = np.zeros(len(seen.view))
     tracks: list[Track] = []
@@ -127,13 +127,17 @@ class _Sightings:
     def propose_points(self) -> tuple[FloatArray, IndexArray]:
         """Return points (m, 3) of all pairs of vertices that may be one, and the pairs (m, 2)."""
         points, pairs = [np.zeros((0, 3))], [np.zeros((0, 2), dtype=np.intp)]
-        for i, j in self._view_pairs():
+        for i, j in self._choose_view_pairs():
             a, b = np.flatnonzero(self.view == i), np.flatnonzero(self.view == j)
             if not len(a) or not len(b):
                 continue
             first, second = self.projections[[i, j]]
-            off = epipolar_chi_square(
-                fundamental_matrix(first, second), self.uv[a], self.cov[a], self.uv[b], self.cov[b]
+            off = compute_epipolar_chi_square(
+                compute_fundamental_matrix(first, second),
+                self.uv[a],
+                self.cov[a],
+                self.uv[b],
+                self.cov[b],
             )
             of_a, of_b = np.ix_(a, b)
             unlike = (self.label[of_a] != self.label[of_b]) & (self.label[of_a] >= 0)
@@ -151,7 +155,7 @@ class _Sightings:
         good = np.isfinite(found).all(axis=1) & ahead.all(axis=1)
         return found[good], both[good]
 
-    def _view_pairs(self) -> list[tuple[int, int]]:
+    def _choose_view_pairs(self) -> list[tuple[int, int]]:
         """Return pairs of views that see the scene at different angles, each's best partners."""
         rays = self._middle() - np.array([view.pose.centre for view in self.views])
         rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), np.finfo(np.float64).tiny)
@@ -181,7 +185,7 @@ class _Sightings:
             right += across @ view.pose.centre
         return np.asarray(np.linalg.lstsq(normal_matrix, right)[0])
 
-    def chi_squares(self, points: FloatArray, spread_px: float = 0.0) -> FloatArray:
+    def compute_chi_squares(self, points: FloatArray, spread_px: float = 0.0) -> FloatArray:
         """Return the chi-square (m, n) of m points as each sighting; infinite behind a camera.
 
         `spread_px` is the points' own uncertainty in the picture.
@@ -209,7 +213,11 @@ class _Sightings:
             )
             if not ok[0]:
                 return []
-            off = self.chi_squares(point)[0] + self.label_costs(self._common_label(members)) + used
+            off = (
+                self.compute_chi_squares(point)[0]
+                + self.label_costs(self._find_common_label(members))
+                + used
+            )
             best: dict[int, int] = {}
             for k in np.argsort(off, kind="stable").tolist():
                 if not off[k] <= POINT_GATE:
@@ -221,7 +229,7 @@ class _Sightings:
             members = gathered
         return members
 
-    def _common_label(self, members: Sequence[int]) -> int:
+    def _find_common_label(self, members: Sequence[int]) -> int:
         labels = self.label[members]
         return int(np.bincount(labels[labels >= 0]).argmax()) if (labels >= 0).any() else -1
 
@@ -260,7 +268,7 @@ class _Sightings:
 
     def track(self, members: list[int]) -> Track:
         """Return the track of these sightings, with their own covariances, and their label."""
-        label = self._common_label(members)
+        label = self._find_common_label(members)
         vertices = [self.found[k].vertex for k in members]
         views = self.view[members].tolist()
         observations = (Observation(k, v.uv, v.cov) for k, v in zip(views, vertices, strict=True))
@@ -275,14 +283,14 @@ def _numbered(values: Sequence[object]) -> IndexArray:
     )
 
 
-def fundamental_matrix(first: FloatArray, second: FloatArray) -> FloatArray:
+def compute_fundamental_matrix(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return F (3, 3) with x2ᵀ F x1 = 0 for projections (3, 4) of two views; 0 for one centre."""
     x, y, z = second @ np.linalg.svd(first)[2][-1]  # the epipole
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(cross @ second @ np.linalg.pinv(first))
 
 
-def epipolar_chi_square(
+def compute_epipolar_chi_square(
     fundamental: FloatArray,
     uv1: FloatArray,
     cov1: FloatArray,

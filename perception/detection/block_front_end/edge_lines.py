@@ -35,7 +35,7 @@ BAND_PX = 4
 _NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
-def edge_pixels(image: Image, mask: Image, sd_grey: float | None = None) -> NDArray[np.bool_]:
+def find_edge_pixels(image: Image, mask: Image, sd_grey: float | None = None) -> NDArray[np.bool_]:
     """Return zero crossings (H, W) of the Laplacian in and just round the mask, one pixel thin.
 
     `sd_grey` is the noise of the picture in grey levels; estimated if not given.
@@ -217,7 +217,7 @@ class EdgeLine:
             ends.append((self.start, False))
         return ends
 
-    def offset_variance(self, point: FloatArray) -> float:
+    def compute_offset_variance(self, point: FloatArray) -> float:
         """Return the variance (px²) across the line at the foot of `point`, which may lie beyond
         the ends.
         """
@@ -225,11 +225,11 @@ class EdgeLine:
         return float(lever @ self.cov @ lever)
 
 
-def straight_pieces(chain: FloatArray, least_px: float) -> tuple[FloatArray, ...]:
+def cut_straight_pieces(chain: FloatArray, least_px: float) -> tuple[FloatArray, ...]:
     """Return the straight pieces of a chain (n, 2), cut at slope changes and where a piece bows.
 
     >>> corner = np.array([[u, 0] for u in range(20)] + [[19, v] for v in range(1, 20)], float)
-    >>> [len(piece) for piece in straight_pieces(corner, least_px=8)]
+    >>> [len(piece) for piece in cut_straight_pieces(corner, least_px=8)]
     [20, 20]
     """
     count = len(chain)
@@ -242,13 +242,13 @@ def straight_pieces(chain: FloatArray, least_px: float) -> tuple[FloatArray, ...
         chain = np.concatenate([loop, loop[:1]])
         count = len(chain)
     if count <= 2 * SUPPORT_PX:
-        return tuple(_without_bow(chain, least_px))
+        return tuple(_cut_bows(chain, least_px))
     middle = chain[SUPPORT_PX:-SUPPORT_PX]
     turn = _turn(chain[: -2 * SUPPORT_PX], middle, chain[2 * SUPPORT_PX :])
-    cuts = [0, *(int(i) + SUPPORT_PX for i in _peaks(turn, SLOPE_CHANGE)), count - 1]
+    cuts = [0, *(int(i) + SUPPORT_PX for i in _find_peaks_of_turn(turn, SLOPE_CHANGE)), count - 1]
     pieces: list[FloatArray] = []
     for begin, end in pairwise(cuts):
-        pieces.extend(_without_bow(chain[begin : end + 1], least_px))
+        pieces.extend(_cut_bows(chain[begin : end + 1], least_px))
     return tuple(pieces)
 
 
@@ -260,7 +260,7 @@ def _turn(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:
     return turn
 
 
-def _peaks(turn: FloatArray, least: float) -> NDArray[np.int64]:
+def _find_peaks_of_turn(turn: FloatArray, least: float) -> NDArray[np.int64]:
     """Return indices of the largest turns of at least `least`, each SUPPORT_PX from the next."""
     taken: list[int] = []
     for i in np.argsort(-turn, kind="stable"):
@@ -271,7 +271,7 @@ def _peaks(turn: FloatArray, least: float) -> NDArray[np.int64]:
     return np.array(sorted(taken), dtype=np.int64)
 
 
-def _without_bow(piece: FloatArray, least_px: float) -> list[FloatArray]:
+def _cut_bows(piece: FloatArray, least_px: float) -> list[FloatArray]:
     """Return the piece cut where it is farthest from its chord, until no part bows (Ramer 1972)."""
     pending, straight = [piece], []
     while pending:
@@ -316,9 +316,9 @@ def fit_edge_line(
         normal = np.array([-direction[1], direction[0]])
         along = np.linspace(0.0, length, count)
         profiles = _profiles(image, start, direction, along)
-        offsets, variances, contrast = _offsets(profiles, sd_grey, blur_px)
+        offsets, variances, contrast = _measure_offsets(profiles, sd_grey, blur_px)
         lever = along - length / 2.0
-        fit = _robust_line(lever, offsets, variances)
+        fit = _fit_robust_line(lever, offsets, variances)
         if fit is None:
             return None
         middle_offset, slope, cov = fit
@@ -334,7 +334,7 @@ def fit_edge_line(
     return EdgeLine(start, end, cov, abs(contrast))
 
 
-def extended_line(
+def extend_line(
     image: Image, line: EdgeLine, sd_grey: float, blur_px: float = NOMINAL_BLUR_PX
 ) -> tuple[FloatArray, FloatArray]:
     """Return ends (u, v) of the line drawn out as far as the picture shows the same step along it.
@@ -350,7 +350,7 @@ def extended_line(
     step -= profiles[:, near & (ACROSS_PX < 0)].mean(axis=1)
     span = np.full(GAP_PX, 1.0 / GAP_PX)
     step = np.convolve(step, span, mode="same")
-    offsets, variances, _ = _offsets(profiles, sd_grey, blur_px)
+    offsets, variances, _ = _measure_offsets(profiles, sd_grey, blur_px)
     drift = np.abs(np.convolve(offsets, span, mode="same"))
     drifts = drift > np.maximum(DRIFT_PX, DRIFT_SD * np.sqrt(variances / GAP_PX))
     height, width = image.shape
@@ -390,7 +390,7 @@ def _trimmed(piece: FloatArray) -> tuple[FloatArray, FloatArray]:
     return middle + vt[0] * ends[0], middle + vt[0] * ends[1]
 
 
-def _offsets(
+def _measure_offsets(
     profiles: FloatArray, sd_grey: float, blur_px: float
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return the offset (px) of the step in each profile (n, m), its variance, and the median
@@ -423,7 +423,7 @@ def _middle(values: FloatArray) -> float:
     return float(np.partition(values, half)[half])
 
 
-def _robust_line(
+def _fit_robust_line(
     lever: FloatArray, offsets: FloatArray, variances: FloatArray
 ) -> tuple[float, float, FloatArray] | None:
     """Return offset at lever 0, slope, and covariance (2, 2) of the line offset + slope lever."""

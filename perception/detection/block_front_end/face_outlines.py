@@ -51,7 +51,7 @@ def track_points(tracks: tuple[Track, ...], views: tuple[View, ...]) -> FloatArr
     return points
 
 
-def _bordered(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
+def _find_bordering_regions(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
     """Return the regions within BORDER_PX of a pixel."""
     u, v = round(float(uv[0])), round(float(uv[1]))
     window = regions.labels[
@@ -60,7 +60,7 @@ def _bordered(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
     return frozenset(int(label) for label in np.unique(window) if label > 0)
 
 
-def _on_border(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
+def _find_border_regions(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
     """Return the regions that a pixel lies on the border of, none where it is inside one."""
     height, width = regions.labels.shape
     if not (0 <= uv[0] <= width - 1 and 0 <= uv[1] <= height - 1):
@@ -90,12 +90,12 @@ def _sightings(
         pixels = {o.view: o.uv for o in track.observations}
         for number, view in enumerate(views):
             if number in pixels:
-                for region in _bordered(regions[number], pixels[number]):
+                for region in _find_bordering_regions(regions[number], pixels[number]):
                     seen.setdefault((number, region), set()).add(index)
                 continue
             projected = view.projection @ np.append(point, 1.0)
             if projected[2] > 0:
-                for region in _on_border(regions[number], projected[:2] / projected[2]):
+                for region in _find_border_regions(regions[number], projected[:2] / projected[2]):
                     missed.setdefault((number, region), set()).add(index)
     sightings = []
     for (number, region), bordering in sorted(seen.items()):

@@ -19,11 +19,11 @@ from facetlog.perception.detection.block_front_end.image_vertices import (
 from facetlog.perception.detection.block_front_end.localise import (
     PAPER_THRESHOLD,
     Localisation,
-    binary_picture,
+    find_otsu_threshold,
+    find_valley_threshold,
     grow_region,
     localise,
-    otsu_threshold,
-    valley_threshold,
+    threshold_picture,
 )
 from facetlog.perception.detection.block_front_end.plane_regions import PlaneRegions, plane_regions
 from facetlog.perception.detection.block_front_end.position_labels import (
@@ -31,7 +31,7 @@ from facetlog.perception.detection.block_front_end.position_labels import (
     Plan,
     find_shown_sides,
     label_vertices,
-    with_junctions,
+    mark_junctions,
 )
 from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image, Track, View
@@ -61,8 +61,8 @@ def picture_features(
     nothing is found, `object` says why and there are no vertices.
     """
     if threshold is None:
-        threshold = valley_threshold(image) or otsu_threshold(image)
-    found = localise(binary_picture(image, threshold))
+        threshold = find_valley_threshold(image) or find_otsu_threshold(image)
+    found = localise(threshold_picture(image, threshold))
     if found and grow:
         found = grow_region(image, found, threshold)
     noise = noise_sd(image)
@@ -90,7 +90,7 @@ class BlockFeatures:
     warnings: tuple[str, ...]
 
 
-def labelled_pictures(
+def label_pictures(
     views: tuple[View, ...],
     pictures: tuple[PictureFeatures, ...],
     up: FloatArray | None = None,
@@ -104,7 +104,7 @@ def labelled_pictures(
         return ()
     plan = Plan.of(views, [picture.lines for picture in pictures], up)
     azimuths = [
-        plan.camera_azimuth(view, np.argwhere(picture.object.mask).mean(axis=0)[::-1])
+        plan.measure_camera_azimuth(view, np.argwhere(picture.object.mask).mean(axis=0)[::-1])
         if picture.object
         else None
         for view, picture in zip(views, pictures, strict=True)
@@ -112,7 +112,7 @@ def labelled_pictures(
     labelled = []
     for view, picture, side in zip(views, pictures, find_shown_sides(plan, azimuths), strict=True):
         found = label_vertices(view, picture.vertices, picture.lines, picture.regions, plan, side)
-        labelled.append(with_junctions(found, picture.lines, side.quarters))
+        labelled.append(mark_junctions(found, picture.lines, side.quarters))
     return tuple(labelled)
 
 
@@ -132,7 +132,7 @@ def block_front_end(
         if progress is not None:
             progress(index + 1, len(views))
     found = tuple(pictures)
-    vertices = labelled_pictures(views, found, up)
+    vertices = label_pictures(views, found, up)
     tracks = track_vertices(vertices, views)
     outlines = face_outlines(tracks, tuple(picture.regions for picture in found), views)
     warnings = tuple(

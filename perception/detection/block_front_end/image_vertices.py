@@ -11,10 +11,10 @@ import numpy as np
 from facetlog.perception.detection.block_front_end.edge_lines import (
     SLOPE_CHANGE,
     EdgeLine,
-    edge_pixels,
-    extended_line,
+    cut_straight_pieces,
+    extend_line,
+    find_edge_pixels,
     fit_edge_line,
-    straight_pieces,
     trace_chains,
 )
 from facetlog.perception.types import FloatArray, Image
@@ -61,19 +61,19 @@ def find_edge_lines(image: Image, mask: Image, noise: float) -> tuple[EdgeLine, 
     least = max(LEAST_EDGE_PX, LEAST_EDGE_SHARE * size)
     pieces = [
         piece
-        for chain in trace_chains(edge_pixels(image, mask, noise), int(least))
-        for piece in straight_pieces(chain, least)
+        for chain in trace_chains(find_edge_pixels(image, mask, noise), int(least))
+        for piece in cut_straight_pieces(chain, least)
     ]
     lines: list[EdgeLine] = []
     for piece in sorted(pieces, key=len, reverse=True):
         line = fit_edge_line(image, piece, noise, steps=FIRST_FIT_STEPS)
         # A longer piece of the same edge may have been drawn out over this one already.
-        if line is None or any(_covers(other, line) for other in lines):
+        if line is None or any(_covers_edge(other, line) for other in lines):
             continue
         # It is drawn out to where its step ends, and refitted over that length.
-        start, end = extended_line(image, line, noise)
+        start, end = extend_line(image, line, noise)
         lines.append(_refitted(image, start, end, noise) or line)
-    return merged_lines(image, tuple(lines), noise, _reach(size))
+    return merge_lines(image, tuple(lines), noise, _reach(size))
 
 
 def _reach(size: float) -> float:
@@ -96,7 +96,7 @@ def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) 
     )
 
 
-def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
+def _is_one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
     """Return whether two lines (a the longer) are pieces of one edge, brighter on the same side."""
     if a.direction @ b.direction < np.cos(SAME_LINE_ANGLE):
         return False
@@ -107,19 +107,19 @@ def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
     far = b.end if nearest is b.start else b.start
     for point, slack in ((nearest, 1.0), (far, 2.0)):
         across = abs(float((point - a.start) @ a.normal))
-        sd = np.sqrt(a.offset_variance(point) + b.offset_variance(point))
+        sd = np.sqrt(a.compute_offset_variance(point) + b.compute_offset_variance(point))
         if across > slack * (SAME_LINE_PX + SAME_LINE_SD * sd):
             return False
     return True
 
 
-def _covers(long: EdgeLine, short: EdgeLine) -> bool:
+def _covers_edge(long: EdgeLine, short: EdgeLine) -> bool:
     """Return whether the longer line is the same edge as the shorter and reaches over all of it."""
     along = [float((p - long.start) @ long.direction) for p in (short.start, short.end)]
-    return min(along) >= 0 and max(along) <= long.length and _one_edge(long, short, 0.0)
+    return min(along) >= 0 and max(along) <= long.length and _is_one_edge(long, short, 0.0)
 
 
-def merged_lines(
+def merge_lines(
     image: Image, lines: tuple[EdgeLine, ...], sd_grey: float, gap: float
 ) -> tuple[EdgeLine, ...]:
     """Return the lines with pieces of one edge joined and refitted over their common length."""
@@ -128,7 +128,7 @@ def merged_lines(
     while todo:
         line = todo.pop(0)
         for other in todo:
-            if not _one_edge(line, other, gap):
+            if not _is_one_edge(line, other, gap):
                 continue
             along = [(p - line.start) @ line.direction for p in (other.start, other.end)]
             low, high = min(0.0, *map(float, along)), max(line.length, *map(float, along))
@@ -144,11 +144,11 @@ def merged_lines(
     return tuple(sorted(done, key=lambda line: -line.length))
 
 
-def _ends_at(line: EdgeLine, point: FloatArray, reach: float) -> bool:
+def _ends_near(line: EdgeLine, point: FloatArray, reach: float) -> bool:
     return bool(min(np.hypot(*(point - line.start)), np.hypot(*(point - line.end))) <= reach)
 
 
-def _passes(line: EdgeLine, point: FloatArray) -> bool:
+def _passes_point(line: EdgeLine, point: FloatArray) -> bool:
     along = float((point - line.start) @ line.direction)
     return 0.0 <= along <= line.length
 
@@ -167,14 +167,14 @@ def _meeting(
         right = np.zeros(2)
         for i in used:
             n = lines[i].normal
-            weight = 1.0 / lines[i].offset_variance(point)
+            weight = 1.0 / lines[i].compute_offset_variance(point)
             information += weight * np.outer(n, n)
             right += weight * n * float(n @ lines[i].start)
         cov = np.asarray(np.linalg.inv(information), dtype=np.float64)
         point = cov @ right
         misses = {
             i: float(lines[i].normal @ (point - lines[i].start)) ** 2
-            / lines[i].offset_variance(point)
+            / lines[i].compute_offset_variance(point)
             for i in used
         }
         worst = max(sorted(misses), key=lambda i: misses[i])
@@ -184,7 +184,7 @@ def _meeting(
     return None
 
 
-def _widest_angle(lines: tuple[EdgeLine, ...], used: set[int]) -> float:
+def _measure_widest_angle(lines: tuple[EdgeLine, ...], used: set[int]) -> float:
     """Return the largest angle (0..pi/2) between two of the lines."""
     directions = np.array([lines[i].direction for i in sorted(used)])
     return float(np.arccos(np.clip(np.abs(directions @ directions.T), 0.0, 1.0)).max())
@@ -198,7 +198,7 @@ def find_vertices(lines: tuple[EdgeLine, ...], mask: Image) -> tuple[ImageVertex
     for i, a in enumerate(lines):
         for j in range(i + 1, len(lines)):
             b = lines[j]
-            if _widest_angle(lines, {i, j}) < SLOPE_CHANGE:
+            if _measure_widest_angle(lines, {i, j}) < SLOPE_CHANGE:
                 continue
             normals = np.array([a.normal, b.normal])
             point = np.linalg.solve(normals, [a.normal @ a.start, b.normal @ b.start])
@@ -206,8 +206,10 @@ def find_vertices(lines: tuple[EdgeLine, ...], mask: Image) -> tuple[ImageVertex
                 continue
             if not (RIM_PX <= point[1] <= height - 1 - RIM_PX):
                 continue
-            a_ends, b_ends = _ends_at(a, point, reach), _ends_at(b, point, reach)
-            if (a_ends and (b_ends or _passes(b, point))) or (b_ends and _passes(a, point)):
+            a_ends, b_ends = _ends_near(a, point, reach), _ends_near(b, point, reach)
+            if (a_ends and (b_ends or _passes_point(b, point))) or (
+                b_ends and _passes_point(a, point)
+            ):
                 crossings.append((point, i, j))
     groups: list[tuple[set[int], list[FloatArray]]] = []
     for point, i, j in crossings:
@@ -221,7 +223,7 @@ def find_vertices(lines: tuple[EdgeLine, ...], mask: Image) -> tuple[ImageVertex
     vertices = []
     for members, points in groups:
         met = _meeting(lines, members, np.median(points, axis=0))
-        if met is not None and _widest_angle(lines, met[2]) >= SLOPE_CHANGE:
+        if met is not None and _measure_widest_angle(lines, met[2]) >= SLOPE_CHANGE:
             vertices.append(ImageVertex(met[0], met[1], tuple(sorted(met[2]))))
     vertices.sort(key=lambda vertex: float(np.trace(vertex.cov)))
     kept: list[ImageVertex] = []

@@ -84,25 +84,25 @@ class Localisation:
         return self.area_px > 0
 
 
-def binary_picture(image: Image, threshold: int = PAPER_THRESHOLD) -> Image:
+def threshold_picture(image: Image, threshold: int = PAPER_THRESHOLD) -> Image:
     """Return the picture in 0 and 255: 0 below the threshold, 255 at or above it (section 5.3).
 
-    >>> binary_picture(np.array([[149, 150, 151]], dtype=np.uint8)).tolist()
+    >>> threshold_picture(np.array([[149, 150, 151]], dtype=np.uint8)).tolist()
     [[0, 255, 255]]
     """
     return np.where(image >= threshold, np.uint8(255), np.uint8(0))
 
 
-def otsu_threshold(image: Image) -> int:
+def find_otsu_threshold(image: Image) -> int:
     """Return the threshold that separates the histogram into two classes of least variance.
 
-    It is the first grey level of the bright class, so it fits `binary_picture` (Otsu 1979).
+    It is the first grey level of the bright class, so it fits `threshold_picture` (Otsu 1979).
     """
     last_dark, _ = cv2.threshold(image, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
     return int(last_dark) + 1
 
 
-def valley_threshold(image: Image) -> int | None:
+def find_valley_threshold(image: Image) -> int | None:
     """Return the lowest level between the two peaks of the smoothed histogram; None if it has one.
 
     Prewitt and Mendelsohn 1966: average over three levels until two peaks are left.
@@ -145,7 +145,7 @@ def outline_score(mask: Image) -> float:
     compactness = min(1.0, 4.0 * np.pi * cv2.contourArea(outline) / perimeter**2)
     support = max(MIN_SUPPORT, round(SUPPORT_SHARE * count))
     on_sides, chord_over_arc = 0.0, 0.0
-    for begin, end in _straight_stretches(codes, support):
+    for begin, end in _find_straight_stretches(codes, support):
         # The directions look `support` steps ahead, so a side reaches that much further.
         stretch = codes[np.arange(begin, end + support) % count]
         share = (end - begin) / count
@@ -158,7 +158,7 @@ def outline_score(mask: Image) -> float:
     return compactness * min(1.0, on_sides) * straightness
 
 
-def _straight_stretches(codes: NDArray[np.int8], support: int) -> list[tuple[int, int]]:
+def _find_straight_stretches(codes: NDArray[np.int8], support: int) -> list[tuple[int, int]]:
     """Return the stretches [start, end) of a closed chain that turn less than SIDE_TURN."""
     count = len(codes)
     closed = STEPS[np.concatenate([codes, codes[:support]])].astype(np.float64)
@@ -206,13 +206,13 @@ def localise(binary: Image) -> Localisation:
         return none("nearly the whole picture is bright")
     mask = None
     if np.count_nonzero(areas >= LARGE_SHARE * largest) > 1:
-        mask = _best_shape(binary, LARGE_SHARE * largest)
+        mask = _find_best_shape(binary, LARGE_SHARE * largest)
     if mask is None:
-        mask = _fill_holes(_largest_region(binary))
+        mask = _fill_holes(_keep_largest_region(binary))
     return Localisation(mask, int(np.count_nonzero(mask)))
 
 
-def _best_shape(binary: Image, smallest: float) -> Image | None:
+def _find_best_shape(binary: Image, smallest: float) -> Image | None:
     """Return the white region of best shape and a fair size round joined white sub-blocks."""
     height, width = binary.shape
     side = max(LEAST_BLOCK_PX, min(height, width) // SUB_BLOCKS)
@@ -228,7 +228,7 @@ def _best_shape(binary: Image, smallest: float) -> Image | None:
         # The rim of the region fills no sub-block; it is the white within two blocks of one.
         reach = np.ones((4 * side + 1, 4 * side + 1), dtype=np.uint8)
         near = np.where(cv2.dilate(window, reach) > 0, binary, np.uint8(0))
-        mask = _largest_region(_fill_holes(near))
+        mask = _keep_largest_region(_fill_holes(near))
         area = int(np.count_nonzero(mask))
         if area < max(smallest, LEAST_AREA_PX):
             continue
@@ -246,7 +246,7 @@ def _fill_holes(mask: Image) -> Image:
     return filled
 
 
-def _largest_region(mask: Image) -> Image:
+def _keep_largest_region(mask: Image) -> Image:
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     if len(stats) < 2:
         return np.zeros_like(mask)
@@ -268,7 +268,7 @@ def grow_region(image: Image, found: Localisation, threshold: int) -> Localisati
     rows = slice(max(0, v - margin), min(image.shape[0], v + height + margin))
     columns = slice(max(0, u - margin), min(image.shape[1], u + width + margin))
     window = cv2.GaussianBlur(image[rows, columns], (0, 0), SMOOTHING_PX)
-    lower = otsu_threshold(window.astype(np.uint8))
+    lower = find_otsu_threshold(window.astype(np.uint8))
     if lower >= threshold:
         return found
     seed = found.mask[rows, columns] > 0

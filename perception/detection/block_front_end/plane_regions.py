@@ -45,7 +45,7 @@ class PlaneRegions:
     thresholds: tuple[float, ...]
 
 
-def neighbourhood_mean(image: Image, mask: Image, passes: int = PASSES) -> FloatArray:
+def average_neighbours(image: Image, mask: Image, passes: int = PASSES) -> FloatArray:
     """Return the mean of each pixel's 8 neighbours on the mask (step 6), taken `passes` times; grey
     levels.
 
@@ -62,7 +62,7 @@ def neighbourhood_mean(image: Image, mask: Image, passes: int = PASSES) -> Float
     return mean.astype(np.float64)
 
 
-def grey_thresholds(means: FloatArray, sd_grey: float) -> tuple[float, ...]:
+def find_grey_thresholds(means: FloatArray, sd_grey: float) -> tuple[float, ...]:
     """Return thresholds between the peaks of the histogram of averages (n,), rising; none if it has
     one.
 
@@ -104,10 +104,10 @@ def plane_regions(image: Image, mask: Image, sd_grey: float | None = None) -> Pl
     window = np.s_[v : v + height, u : u + width]
     inside = mask[window]
     noise = noise_sd(image) if sd_grey is None else sd_grey
-    mean = neighbourhood_mean(image[window], inside)
+    mean = average_neighbours(image[window], inside)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * RIM_PX + 1, 2 * RIM_PX + 1))
     core = cv2.erode(inside, disc, borderType=cv2.BORDER_CONSTANT, borderValue=0).astype(np.uint8)
-    thresholds = grey_thresholds(mean[core > 0], noise * PASSES_NOISE)
+    thresholds = find_grey_thresholds(mean[core > 0], noise * PASSES_NOISE)
     bounds = (-np.inf, *thresholds, np.inf)
     seeds = np.zeros(inside.shape, dtype=np.int32)
     count = 0

@@ -102,7 +102,9 @@ class Plan:
         up: FloatArray | None = None,
     ) -> Self:
         """Return the plan of views with their edges; `up` (3,) is the world's if known."""
-        upward = upward_direction(views) if up is None else np.asarray(up, dtype=np.float64)
+        upward = (
+            estimate_upward_direction(views) if up is None else np.asarray(up, dtype=np.float64)
+        )
         right = views[0].pose.rotation[:, 0]
         right = right - upward * (upward @ right)
         right = right / np.linalg.norm(right)
@@ -111,16 +113,16 @@ class Plan:
             (azimuth, line.length)
             for view, own in zip(views, lines, strict=True)
             for line in own
-            if (azimuth := plan.edge_azimuth(view, line)) is not None
+            if (azimuth := plan.measure_edge_azimuth(view, line)) is not None
         ]
         azimuths, lengths = np.array(level).reshape(-1, 2).T
-        return cls(upward, right, plan.ahead, block_turn(azimuths, lengths))
+        return cls(upward, right, plan.ahead, estimate_block_turn(azimuths, lengths))
 
     def azimuth(self, direction: FloatArray) -> float:
         """Return the azimuth of a direction (3,)."""
         return float(np.arctan2(direction @ self.ahead, direction @ self.right))
 
-    def edge_azimuth(self, view: View, line: EdgeLine) -> float | None:
+    def measure_edge_azimuth(self, view: View, line: EdgeLine) -> float | None:
         """Return the azimuth of a level edge from its start to its end; None if it can be upright.
 
         The rays through a line span a plane; the level direction in it is that plane's normal x up.
@@ -139,7 +141,7 @@ class Plan:
         along = rays[1] / np.linalg.norm(rays[1]) - rays[0] / np.linalg.norm(rays[0])
         return self.azimuth(-level if along @ level < 0 else level)
 
-    def camera_azimuth(self, view: View, pixel: FloatArray) -> float | None:
+    def measure_camera_azimuth(self, view: View, pixel: FloatArray) -> float | None:
         """Return the azimuth of the camera as seen from a pixel (2,); None straight above it."""
         ray = view.pose.rotation @ np.linalg.solve(view.camera.matrix, [*pixel, 1.0])
         level = -(ray - self.up * (self.up @ ray))
@@ -178,7 +180,7 @@ class LabelledVertex:
     mark: tuple[str, str] | None = None
 
 
-def upward_direction(views: Sequence[View]) -> FloatArray:
+def estimate_upward_direction(views: Sequence[View]) -> FloatArray:
     """Return the unit vector (3,) that is up in the pictures, for cameras without skew."""
     x_axes = np.array([view.pose.rotation[:, 0] for view in views])
     up_axes = -np.array([view.pose.rotation[:, 1] for view in views])
@@ -191,12 +193,13 @@ def upward_direction(views: Sequence[View]) -> FloatArray:
     return np.asarray(up / np.linalg.norm(up), dtype=np.float64)
 
 
-def block_turn(azimuths: FloatArray, lengths: FloatArray) -> float | None:
+def estimate_block_turn(azimuths: FloatArray, lengths: FloatArray) -> float | None:
     """Return the turn (radians, 0..pi/2) of the block's level edges; None if none stands out.
 
     Each edge votes by its length for its azimuth modulo a quarter turn.
 
-    >>> round(float(np.rad2deg(block_turn(np.deg2rad([10, 101, -79, -171, 40]), np.ones(5)))))
+    >>> directions = np.deg2rad([10, 101, -79, -171, 40])
+    >>> round(float(np.rad2deg(estimate_block_turn(directions, np.ones(5)))))
     10
     """
     if not len(azimuths):
@@ -233,22 +236,22 @@ def find_shown_sides(plan: Plan, azimuths: Sequence[float | None]) -> list[Shown
     return sides
 
 
-def turned_label(label: PositionLabel, quarters: int) -> PositionLabel:
+def turn_label(label: PositionLabel, quarters: int) -> PositionLabel:
     """Return the label on the block itself of one given from another side.
 
     That side is `quarters` counter-clockwise (seen from above) of the block's front.
 
-    >>> turned_label(PositionLabel.FRONT_LEFT_TOP, 2).value
+    >>> turn_label(PositionLabel.FRONT_LEFT_TOP, 2).value
     'back_right_top'
     """
     corner, _, level = label.value.rpartition("_")
     return PositionLabel(f"{RING[(RING.index(corner) + quarters) % 4]}_{level}")
 
 
-def rule_label(alike: frozenset[str]) -> PositionLabel | None:
+def find_rule_label(alike: frozenset[str]) -> PositionLabel | None:
     """Return the label by RULE 1 and its counterparts, from the neighbours on the object.
 
-    >>> rule_label(frozenset({"S", "E", "SE"})).value
+    >>> find_rule_label(frozenset({"S", "E", "SE"})).value
     'back_left_top'
     """
     return RULES.get(alike)
@@ -267,20 +270,22 @@ def label_vertices(
     for vertex in vertices:
         evidence = set()
         if side.front is not None:
-            evidence = _edge_words(view, vertex, lines, plan, side.front)
-        labelled.append((vertex, *_combine(evidence, _neighbours_on_object(regions, vertex.uv))))
+            evidence = _read_edge_words(view, vertex, lines, plan, side.front)
+        labelled.append(
+            (vertex, *_combine(evidence, _find_neighbours_on_object(regions, vertex.uv)))
+        )
     given = [label for _, label, _ in labelled if label is not None]
     result = []
     for vertex, found, position in labelled:
         label = None if found is None or given.count(found) > 1 else found
         block = None
         if label is not None and side.quarters is not None:
-            block = turned_label(label, side.quarters)
+            block = turn_label(label, side.quarters)
         result.append(LabelledVertex(vertex, label, block, position))
     return tuple(result)
 
 
-def _neighbours_on_object(regions: PlaneRegions, uv: FloatArray) -> frozenset[str]:
+def _find_neighbours_on_object(regions: PlaneRegions, uv: FloatArray) -> frozenset[str]:
     # All neighbours at one distance, as on a circle round the vertex.
     height, width = regions.labels.shape
     alike = set()
@@ -291,7 +296,7 @@ def _neighbours_on_object(regions: PlaneRegions, uv: FloatArray) -> frozenset[st
     return frozenset(alike)
 
 
-def _edge_words(
+def _read_edge_words(
     view: View, vertex: ImageVertex, lines: Sequence[EdgeLine], plan: Plan, front: float
 ) -> set[str]:
     """Return which of front, back, left, right, top, bottom the edges at the vertex say."""
@@ -301,7 +306,7 @@ def _edge_words(
     words = set()
     for index in vertex.lines:
         line = lines[index]
-        azimuth = plan.edge_azimuth(view, line)
+        azimuth = plan.measure_edge_azimuth(view, line)
         for far, forward in line.leaving(vertex.uv):
             way = (far - vertex.uv) / np.linalg.norm(far - vertex.uv)
             if abs(way @ upwards) >= np.cos(DIRECTION_WINDOW / 2):
@@ -317,7 +322,7 @@ def _edge_words(
 
 def _combine(words: set[str], alike: frozenset[str]) -> tuple[PositionLabel | None, str]:
     """Return the label that the evidence adds up to, None if it does not, and the position."""
-    rule = rule_label(alike)
+    rule = find_rule_label(alike)
     depth_rule, side_rule, level_rule = rule.value.split("_") if rule else (None, None, None)
 
     def decide(first: str, second: str, otherwise: str | None) -> str | None:
@@ -339,7 +344,7 @@ def _combine(words: set[str], alike: frozenset[str]) -> tuple[PositionLabel | No
     return None if "?" in position else PositionLabel(position), position
 
 
-def picture_drawing(
+def draw_picture_lines(
     vertices: tuple[ImageVertex, ...], lines: tuple[EdgeLine, ...]
 ) -> tuple[LineDrawing, tuple[int, ...]]:
     """Return the drawing, whose first points are the vertices, and which edge each of its lines is
@@ -372,7 +377,7 @@ def picture_drawing(
     return drawing, tuple(found[:, 2].tolist())
 
 
-def with_junctions(
+def mark_junctions(
     labelled: tuple[LabelledVertex, ...], lines: tuple[EdgeLine, ...], quarters: int | None
 ) -> tuple[LabelledVertex, ...]:
     """Return the vertices of one picture; those without a label get a mark that no other one has.
@@ -381,7 +386,7 @@ def with_junctions(
     """
     if quarters is None or all(v.block_label is not None for v in labelled):
         return labelled
-    drawing, _ = picture_drawing(tuple(v.vertex for v in labelled), lines)
+    drawing, _ = draw_picture_lines(tuple(v.vertex for v in labelled), lines)
     kinds = [
         None
         if vertex.block_label is not None or rays is None

@@ -12,8 +12,8 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
-    without_short_sides,
-    without_straight_corners,
+    remove_short_sides,
+    remove_straight_corners,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_choice import OPEN_SLOPE, plane_cov
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
@@ -22,8 +22,8 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 )
 from facetlog.perception.detection.line_front_end.planes.square_planes import (
     is_square,
-    seen_on_plane,
-    square_normals,
+    project_to_plane,
+    propose_square_normals,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.stable_order import largest
@@ -85,8 +85,8 @@ def tidy(corners: FloatArray, normal: FloatArray, pixel: float) -> FloatArray:
     resolution.
     """
     basis = plane_basis(normal)
-    flat = without_short_sides(corners @ basis, MIN_SIDE_PX * pixel)
-    flat = without_straight_corners(flat, MIN_TURN_PX * pixel)
+    flat = remove_short_sides(corners @ basis, MIN_SIDE_PX * pixel)
+    flat = remove_straight_corners(flat, MIN_TURN_PX * pixel)
     tidied: FloatArray = flat @ basis.T + normal * float(normal @ corners[0])
     return tidied
 
@@ -166,15 +166,15 @@ def square(
     """
     cov = plane_cov(plane, cloud, candidate.corners, OPEN_SLOPE)
     centre = photos.centres[candidate.evidence.shown].mean(axis=0)
-    for normal in square_normals(candidate.normal, known):
+    for normal in propose_square_normals(candidate.normal, known):
         if is_square(candidate.normal, normal):
             return replace(candidate, square=True)
-        ring = seen_on_plane(candidate.corners, plane, normal, cloud, centre)
+        ring = project_to_plane(candidate.corners, plane, normal, cloud, centre)
         moved_by = np.abs((ring - candidate.corners) @ candidate.normal)
         if (moved_by > KNOWN_SDS * np.sqrt(np.diagonal(cov))).any():
             continue
         views = photos.facing(ring.mean(axis=0), normal)
-        moved = sides.onto_edges(views, ring, normal, cloud.pixel)
+        moved = sides.snap_to_edges(views, ring, normal, cloud.pixel)
         for corners in (ring, moved):
             again = judge(corners, replace(candidate, normal=normal))
             if again is not None and again.score >= AS_GOOD * candidate.score:

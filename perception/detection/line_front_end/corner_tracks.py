@@ -56,7 +56,7 @@ class Corners:
         segments: FloatArray = self.points[np.array(self.sides)]
         return segments
 
-    def sides_shown(self, shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def find_shown_side_views(self, shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which views show which side (n, V), by those that show its faces (faces, V)."""
         number = {side: k for k, side in enumerate(self.sides)}
         visible = np.zeros((len(number), shown.shape[1]), np.bool_)
@@ -119,7 +119,7 @@ def track_corners(
     return tuple(Track(tuple(seen)) for seen in found)
 
 
-def outlined_tracks(
+def track_outline_corners(
     corners: Corners, shown: NDArray[np.bool_], views: Sequence[View]
 ) -> tuple[Track, ...]:
     """Return one track a vertex: the corner of its faces' outlines in the views that show one of
@@ -138,7 +138,7 @@ def outlined_tracks(
     return tuple(tracks)
 
 
-def completed_corners(
+def complete_corners(
     corners: Corners, faces: Sequence[SelectedFace], pixel: float
 ) -> tuple[Completion, ...]:
     """Return places of corners that belong only to faces whose planes are implied by their

@@ -28,20 +28,20 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     alike,
     back_to_back,
     blocked,
-    lies_within,
+    find_points_within,
     overlap,
     touch,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import FaceJudge
-from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
+from facetlog.perception.detection.line_front_end.evidence.half_planes import find_surface_beside
 from facetlog.perception.detection.line_front_end.evidence.joined_sides import (
+    find_points_on_segments,
     joined_sides,
-    on_segments,
 )
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.ground_spurs import without_spurs
+from facetlog.perception.detection.line_front_end.ground_spurs import remove_spurs
 from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
@@ -54,25 +54,25 @@ from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     OPEN_SLOPE,
     ChosenPlane,
     choose_planes,
+    find_same_planes,
     plane_cov,
-    same_plane,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
     PlaneHypothesis,
     plane_basis,
 )
 from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
-from facetlog.perception.detection.line_front_end.planes.texture_choice import with_texture_planes
+from facetlog.perception.detection.line_front_end.planes.texture_choice import add_texture_patches
 from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     LineProfiles,
-    covered_extents,
+    find_covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.flat_faces import ring_sides, vector_area
+from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.types import FloatArray, View
 
 # Least coverage of the sides of a face when it is as plain as may be.
@@ -131,7 +131,7 @@ class _Selection:
     ) -> None:
         self._cloud = cloud
         self._profiles = profiles
-        self._extents = covered_extents(cloud.segments, profiles)
+        self._extents = find_covered_extents(cloud.segments, profiles)
         self._views = views
         self._pixel = cloud.pixel
         self._sides = sides
@@ -155,11 +155,11 @@ class _Selection:
 
     def _beside(self, plane: PlaneHypothesis) -> NDArray[np.bool_]:
         lines = self._cloud.segments[plane.lines]
-        return surface_beside(self._photos, plane.normal, lines, self._pixel)
+        return find_surface_beside(self._photos, plane.normal, lines, self._pixel)
 
     def add_texture_planes(self, patches: Sequence[TexturePlane], texture: TexturePoints) -> None:
         """Search the planes of texture points, too."""
-        self._planes = list(with_texture_planes(self._planes, patches, texture, self._cloud))
+        self._planes = list(add_texture_patches(self._planes, patches, texture, self._cloud))
 
     def run(self) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
         for plane, chosen in enumerate(self._planes):
@@ -217,17 +217,17 @@ class _Selection:
         near = ON_PLANE_PX * self._pixel
         known = [self._extents[hypothesis.lines]]
         for face in self._faces:
-            sides = ring_sides(face.corners)
+            sides = make_ring_sides(face.corners)
             off = np.abs(sides @ hypothesis.normal - hypothesis.distance)
             known.append(sides[(off < near).all(axis=1)])
         for ring in parallelograms(np.concatenate(known), hypothesis, self._pixel):
             middles = (ring + np.roll(ring, -1, axis=0)) / 2
-            if new is None or on_segments(middles, new[None], near).any():
+            if new is None or find_points_on_segments(middles, new[None], near).any():
                 self._propose_rough(ring, hypothesis.normal, plane)
 
     def _propose_moved(self, corners: FloatArray, normal: FloatArray, plane: int) -> None:
         views = self._photos.facing(corners.mean(axis=0), normal)
-        moved = self._sides.onto_edges(views, corners, normal, self._pixel)
+        moved = self._sides.snap_to_edges(views, corners, normal, self._pixel)
         self._propose(moved, normal, plane, moved=True)
 
     def _search(self, plane: int, side: float) -> None:
@@ -271,9 +271,9 @@ class _Selection:
 
     def _joins(self, points: FloatArray, normal: FloatArray) -> NDArray[np.bool_]:
         sides = joined_sides(normal, self._faces)
-        return on_segments(points, sides, ON_PLANE_PX * self._pixel)
+        return find_points_on_segments(points, sides, ON_PLANE_PX * self._pixel)
 
-    def _known_normals(self, candidate: Candidate) -> list[FloatArray]:
+    def _list_known_normals(self, candidate: Candidate) -> list[FloatArray]:
         # Of the ground and the faces that it touches.
         near = TOUCH_PX * self._pixel
         known = [] if self._ground is None else [self._ground.normal]
@@ -283,7 +283,7 @@ class _Selection:
         # Without what is ground, if that is a face.
         corners, normal, shown = candidate.corners, candidate.normal, candidate.evidence.shown
         seen = self._taken, self._photos, self._ground, self._pixel
-        ring = without_spurs(corners, normal, shown, *seen)
+        ring = remove_spurs(corners, normal, shown, *seen)
         if ring is corners:
             return candidate
         return self._instead(tidy(ring, normal, self._pixel), candidate) or candidate
@@ -295,7 +295,7 @@ class _Selection:
         plain = simplest(best, others, self._cloud.pixel, self._instead)
         return square(
             plain,
-            self._known_normals(plain),
+            self._list_known_normals(plain),
             self._planes[plain.plane].plane,
             self._cloud,
             self._photos,
@@ -340,7 +340,7 @@ class _Selection:
         slope = SQUARE_SLOPE if candidate.square else OPEN_SLOPE
         rings = np.concatenate([corners, *holes])
         cov = plane_cov(known, self._cloud, rings, slope)
-        seen = e.points[~lies_within(holes, normal, e.points)]
+        seen = e.points[~find_points_within(holes, normal, e.points)]
         face = SelectedFace(corners, normal, e.shown, e.coverage, seen, cov, holes)
         self._faces.append(face)
         take_pixels(self._taken, self._views, e.shown, (corners, *holes))
@@ -357,7 +357,7 @@ class _Selection:
             plane = PlaneHypothesis(
                 normal, distance, np.nonzero(away < ON_PLANE_PX * self._pixel)[0]
             )
-            same = same_plane(plane, side, [p.plane for p in self._planes], self._pixel)
+            same = find_same_planes(plane, side, [p.plane for p in self._planes], self._pixel)
             number = int(same.argmax()) if same.any() else len(self._planes)
             if number == len(self._planes):
                 across = np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
@@ -371,14 +371,14 @@ class _Selection:
         # What is bounded above often stands on the ground.
         normal = self._planes[number].plane.normal
         if self._ground is not None:
-            ring = self._ground.down_from(side, normal)
+            ring = self._ground.extend_to_ground(side, normal)
             if len(ring):
                 self._propose_rough(ring, normal, number)
 
     def _propose_rough(self, ring: FloatArray, normal: FloatArray, plane: int) -> None:
         for outwards in (normal, -normal):
             corners = _counter_clockwise(ring, outwards)
-            if self._judge.agrees_inside(corners, outwards, self._taken):
+            if self._judge.is_surface_inside(corners, outwards, self._taken):
                 self._propose_moved(corners, outwards, plane)
 
     def _contradicts(self, candidate: Candidate, face: SelectedFace) -> bool:
@@ -401,7 +401,7 @@ def _alike(one: Candidate, other: Candidate) -> bool:
 
 
 def _counter_clockwise(corners: FloatArray, normal: FloatArray) -> FloatArray:
-    return corners if vector_area(corners) @ normal > 0 else corners[::-1].copy()
+    return corners if compute_vector_area(corners) @ normal > 0 else corners[::-1].copy()
 
 
 # Pixels at a face's rim belong to its neighbours too: half this width, px. A gap between two faces

@@ -10,11 +10,11 @@ import numpy as np
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.detection.line_front_end.corner_tracks import (
-    completed_corners,
+    complete_corners,
     merge_corners,
-    outlined_tracks,
     track_corners,
     track_ends,
+    track_outline_corners,
 )
 from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
@@ -22,7 +22,7 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
-    surface_between,
+    find_surface_between,
 )
 from facetlog.perception.detection.line_front_end.face_selection import select_faces
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
@@ -31,24 +31,24 @@ from facetlog.perception.detection.line_front_end.planes.ground_plane import fin
 from facetlog.perception.detection.line_front_end.planes.level_direction import level_direction
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.planes.texture_planes import (
-    shown_patches,
+    keep_shown_patches,
     texture_planes,
 )
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import (
     texture_points,
 )
-from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import find_shown_lines
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
-    covered_extents,
-    line_profiles,
+    find_covered_extents,
+    measure_line_profiles,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     check_consistency,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.view_judgement import (
-    contradicting_views,
-    without_them,
+    find_contradicting_views,
+    track_without,
 )
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
@@ -64,11 +64,11 @@ from facetlog.perception.detection.tracked_faces import (
 )
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import (
-    at_working_size,
-    in_own_pixels,
-    working_noises,
+    enlarge_to_working_size,
+    measure_working_noises,
+    to_own_pixels,
 )
-from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
+from facetlog.perception.estimation.pose_refinement.view_alignment import align_views
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
 
@@ -104,7 +104,7 @@ class Pictures:
             those(self.segments),
         )
 
-    def extended_by(self, others: "Pictures") -> "Pictures":
+    def extend_by(self, others: "Pictures") -> "Pictures":
         """Return these pictures and others after them."""
         return Pictures(
             (*self.views, *others.views),
@@ -126,20 +126,20 @@ def line_front_end(
     Poses are corrected until the views' segments agree, so that correspondences are found; the
     tracks are pixels, and the corrected poses are used for nothing else.
     """
-    pictures = prepared_pictures(views, clock, progress)
+    pictures = prepare_pictures(views, clock, progress)
     return tracked_faces(pictures, up, clock)
 
 
-def prepared_pictures(
+def prepare_pictures(
     views: Sequence[View],
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Pictures:
     """Find the edges and segments of each view."""
-    working, factors = at_working_size(views)
+    working, factors = enlarge_to_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
-        noises = working_noises(views, factors)
+        noises = measure_working_noises(views, factors)
         for k, noise in enumerate(noises):
             if progress is not None:
                 progress("features", k, len(views))
@@ -154,15 +154,15 @@ def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -
     """Find the tracked faces of prepared pictures, as `line_front_end` does."""
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
-        cloud, use = shown_lines(views, maps, segments)
+        cloud, use = find_shown_lines(views, maps, segments)
     with clock.step("poses"):
-        placed = aligned_views(views, maps, segments, cloud.segments, use)
+        placed = align_views(views, maps, segments, cloud.segments, use)
         if placed is not None:
             views = placed
-            cloud, use = shown_lines(views, maps, segments)
+            cloud, use = find_shown_lines(views, maps, segments)
     graph = view_graph(views)
     with clock.step("3-D segments"):
-        wrong = contradicting_views(
+        wrong = find_contradicting_views(
             cloud.segments,
             use,
             graph.weight,
@@ -172,7 +172,7 @@ def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -
             lambda kept: _lines_of(pictures.select(kept), [views[k] for k in kept]),
         )
     if wrong:
-        return without_them(
+        return track_without(
             wrong,
             views,
             lambda kept: tracked_faces(pictures.select(kept), up, clock),
@@ -181,7 +181,7 @@ def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -
         texture = texture_points(views, maps, graph, cloud.pixel)
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
-        profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
+        profiles = measure_line_profiles(cloud.segments, views, maps, use, graph.weight)
         side_judge = SideJudge(views, maps, graph.weight)
         score = side_judge.score(cloud.segments)
         ground = find_ground(planes, cloud, score, views, graph.distance, up)
@@ -194,9 +194,9 @@ def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -
         photos = PhotometricViews(views, levels, graph.weight)
         if ground is not None:
             texture = texture.take(~ground.holds(texture.points))
-        surface = partial(surface_between, photos, views, cloud.pixel)
-        patches = shown_patches(texture_planes(texture, cloud.pixel), texture, surface)
-        extents = covered_extents(cloud.segments, profiles)
+        surface = partial(find_surface_between, photos, views, cloud.pixel)
+        patches = keep_shown_patches(texture_planes(texture, cloud.pixel), texture, surface)
+        extents = find_covered_extents(cloud.segments, profiles)
         behind = LinesBehind.of(cloud, extents, photos, side_judge)
         faces, taken = select_faces(
             planes,
@@ -233,18 +233,18 @@ def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -
         )
         sides = np.concatenate([corners.segments, loose])
         bounded = shown & np.array([f.has_edges for f in faces])[:, None]
-        visible = np.concatenate([corners.sides_shown(bounded), use[of_cloud]])
+        visible = np.concatenate([corners.find_shown_side_views(bounded), use[of_cloud]])
         fits = fit_sides(sides, visible, views, maps)
         count = len(corners.sides)
         tracks = track_corners(corners, views, [f.part(0, count) for f in fits])
-        outlined = outlined_tracks(corners, shown, views)
+        outlined = track_outline_corners(corners, shown, views)
         ends = track_ends(loose, use[of_cloud], views, [f.part(count, len(sides)) for f in fits])
-    tracked = tuple(map(_tracked_face, corners.loops, corners.holes, faces))
+    tracked = tuple(map(_build_tracked_face, corners.loops, corners.holes, faces))
     first = len(tracks)
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
-    own = tuple(in_own_pixels(track, pictures.factors) for track in (*tracks, *ends))
-    stand_ins = tuple(in_own_pixels(track, pictures.factors) for track in outlined)
-    completions = completed_corners(corners, faces, cloud.pixel)
+    own = tuple(to_own_pixels(track, pictures.factors) for track in (*tracks, *ends))
+    stand_ins = tuple(to_own_pixels(track, pictures.factors) for track in outlined)
+    completions = complete_corners(corners, faces, cloud.pixel)
     return TrackedFaces(
         own,
         tracked,
@@ -259,11 +259,11 @@ def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -
 
 def _lines_of(pictures: Pictures, views: Sequence[View]) -> FloatArray:
     """Return 3-D segments (n, 2, 3) of pictures with the poses of these views."""
-    cloud, _ = shown_lines(views, pictures.maps, pictures.segments)
+    cloud, _ = find_shown_lines(views, pictures.maps, pictures.segments)
     return cloud.segments
 
 
-def _tracked_face(
+def _build_tracked_face(
     loop: tuple[int, ...], holes: tuple[tuple[int, ...], ...], face: SelectedFace
 ) -> TrackedFace:
     plane = None

@@ -12,12 +12,12 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import MIN_INNER
-from facetlog.perception.detection.line_front_end.evidence.ground_behind import ground_ratio
+from facetlog.perception.detection.line_front_end.evidence.ground_behind import compute_ground_ratio
 from facetlog.perception.detection.line_front_end.evidence.half_planes import MIN_CONSISTENT
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.outlines.plane_grid import MAX_CELLS
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
@@ -27,7 +27,7 @@ CELL_PX = 4.0
 CLEAR_ODDS = float(np.log(20.0))
 
 
-def without_spurs(
+def remove_spurs(
     corners: FloatArray,
     normal: FloatArray,
     shown: NDArray[np.bool_],
@@ -46,7 +46,7 @@ def without_spurs(
     if ground is None:
         return corners
     along = np.roll(corners, -1, axis=0) - corners
-    basis = plane_axes(normal, along[largest(np.linalg.norm(along, axis=1))]).T
+    basis = make_plane_axes(normal, along[largest(np.linalg.norm(along, axis=1))]).T
     ring = corners @ basis
     if not len(_reflex(ring)) or not shapely.Polygon(ring).is_valid:
         return corners
@@ -54,7 +54,7 @@ def without_spurs(
     foot = normal * float(normal @ corners.mean(axis=0))
     points = cells @ basis.T + foot
     face, _ = photos.agree(np.nonzero(shown)[0], points, taken)
-    by_ground = ground_ratio(photos, ground, corners, normal, points, shown, taken)
+    by_ground = compute_ground_ratio(photos, ground, corners, normal, points, shown, taken)
     is_ground = by_ground > np.maximum(CLEAR_ODDS, face.ratio - CLEAR_ODDS)
     left = _without(ring, cells, is_ground)
     return corners if left is ring else left @ basis.T + foot

@@ -32,18 +32,18 @@ from facetlog.perception.detection.line_front_end.outlines.plane_grid import (
     MIN_COARSE,
     MIN_FINE,
     PlaneGrid,
-    connected_regions,
+    find_connected_regions,
 )
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     MAX_SIDES,
     border,
-    outline_polygon,
-    rough_polygons,
+    fit_outline_polygon,
+    iter_rough_polygons,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import LineProfiles
-from facetlog.perception.flat_faces import plane_axes, ring_sides
+from facetlog.perception.flat_faces import make_plane_axes, make_ring_sides
 from facetlog.perception.polygons import find_difference, find_intersection, make_polygon
 from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
@@ -78,7 +78,7 @@ class _Cells:
         drawn = np.zeros(self.grid.shape, dtype=np.uint8)
         column, row = self.middles[self.missing].astype(np.intp).T
         drawn[row, column] = 1
-        return connected_regions(drawn, least)
+        return find_connected_regions(drawn, least)
 
 
 class HoleFinder:
@@ -172,7 +172,7 @@ class HoleFinder:
     ) -> _Cells:
         # Cells along the longest side: the world's frame plays no part.
         along = np.roll(corners, -1, axis=0) - corners
-        basis = plane_axes(plane.normal, along[largest(np.linalg.norm(along, axis=1))]).T
+        basis = make_plane_axes(plane.normal, along[largest(np.linalg.norm(along, axis=1))]).T
         flat = (corners - plane.normal * plane.distance) @ basis
         low, high = flat.min(axis=0), flat.max(axis=0)
         step = max(cell_px * self._pixel, float((high - low).max()) / MAX_CELLS)
@@ -182,7 +182,7 @@ class HoleFinder:
         middles = middles[shapely.contains_xy(outline, middles)]
         found, seen = self._photos.agree(views, grid.points(middles), taken)
         weight = self._photos.weight[views]
-        missing = differs_more(weight @ seen, weight @ (seen & ~found.agrees))
+        missing = find_differing_places(weight @ seen, weight @ (seen & ~found.agrees))
         return _Cells(grid, outline, middles, missing)
 
     def _rings(
@@ -196,12 +196,12 @@ class HoleFinder:
         lines = grid.cells(self._cloud.segments[plane.lines]) + 0.5
         for region in cells.regions(MIN_FINE):
             ring = border(region)
-            corners = outline_polygon(ring, lines)
+            corners = fit_outline_polygon(ring, lines)
             if corners is not None:
                 yield grid.points(corners)
-            for rough in rough_polygons(ring, MAX_SIDES if corners is None else len(corners)):
+            for rough in iter_rough_polygons(ring, MAX_SIDES if corners is None else len(corners)):
                 about = grid.points(rough)
-                yield self._sides.onto_edges(views, about, plane.normal, self._pixel)
+                yield self._sides.snap_to_edges(views, about, plane.normal, self._pixel)
 
     def _score(
         self,
@@ -229,7 +229,7 @@ class HoleFinder:
             return 0.0
         if self._shines(cells.grid.points(cells.middles[within]), views, taken):
             return 0.0
-        sides = ring_sides(ring)
+        sides = make_ring_sides(ring)
         edges = self._sides.evidence(views, sides)
         hit = edges.found.sum(axis=(0, 2)) / np.maximum(edges.there.sum(axis=(0, 2)), 1)
         if (hit < MIN_COVERAGE).any():
@@ -243,7 +243,7 @@ class HoleFinder:
         # Whether what views differ by is mostly how bright all of it is to each: a glossy label.
         weight = self._photos.weight[views]
         found, seen = self._photos.agree(views, points, taken)
-        even = self._photos.agree_evened(views, points, taken)
+        even = self._photos.compare_evened(views, points, taken)
         apart, left = (float((weight @ (seen & ~a.agrees)).sum()) for a in (found, even))
         return left < SHINES * apart
 
@@ -253,7 +253,7 @@ def _largest(shape: shapely.Geometry) -> shapely.Polygon | None:
     return max(parts, key=lambda part: part.area) if parts else None
 
 
-def differs_more(count: FloatArray, apart: FloatArray) -> NDArray[np.bool_]:
+def find_differing_places(count: FloatArray, apart: FloatArray) -> NDArray[np.bool_]:
     """Return at which places (n,) more views disagree than elsewhere, of `count` views `apart`
     many.
 

@@ -8,7 +8,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.attached_edges import lies_inside, rise_from_rim, stands_behind
+from facetlog.perception.attached_edges import (
+    find_risen_segments,
+    find_segments_behind,
+    find_segments_inside,
+)
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     blocked,
@@ -17,7 +21,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     LineProfiles,
-    covered_extents,
+    find_covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
@@ -50,7 +54,7 @@ def find_loose_edges(
     `loops` are the faces' corners, as numbers that they share. `seen` (segments, V) says which
     views show which segment: one seen through a face, as of texture at a wrong depth, is dropped.
     """
-    extents = covered_extents(cloud.segments, profiles)
+    extents = find_covered_extents(cloud.segments, profiles)
     keep = np.linalg.norm(extents[:, 1] - extents[:, 0], axis=1) > MIN_LENGTH_PX * cloud.pixel
     for face in faces:
         keep &= ~_lies_on(extents, face, ON_FACE_PX * cloud.pixel)
@@ -62,16 +66,16 @@ def find_loose_edges(
         kept = np.flatnonzero(keep)
         bars = _are_bars(extents[kept], cloud.pixel)
         for face in faces:
-            belongs[kept] |= rise_from_rim(extents[kept], face.corners, face.normal, up, bars)
+            belongs[kept] |= find_risen_segments(extents[kept], face.corners, face.normal, up, bars)
     for k, face in enumerate(faces):
-        inside = stands_behind(extents, face.corners, face.normal)
+        inside = find_segments_behind(extents, face.corners, face.normal)
         beside = (n for n in range(len(faces)) if n != k and _share_a_side(loops[k], loops[n]))
         for other in (faces[n] for n in beside if _is_convex(face, faces[n])):
             # A segment behind two sides of one solid at once would be seen inside it; one before
             # the other side is not part of the solid.
             depth = (extents - other.corners.mean(axis=0)) @ other.normal
             inside &= (depth < ON_FACE_PX * cloud.pixel).all(axis=1)
-            inside &= ~lies_inside(cores, other.corners, other.normal)
+            inside &= ~find_segments_inside(cores, other.corners, other.normal)
         belongs |= inside
     margin = ON_FACE_PX * cloud.pixel
     centres = np.array([v.pose.centre for v in views])

@@ -33,7 +33,7 @@ from facetlog.perception.detection.line_front_end.face_selection import (
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.flat_faces import ring_sides, vector_area
+from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
@@ -127,7 +127,7 @@ def _drop(
     size = float(np.linalg.norm(across))
     if not size:
         return None
-    ring = ground.down_from(np.array([start, end]), across / size)
+    ring = ground.extend_to_ground(np.array([start, end]), across / size)
     return (ring[3] - start, ring[2] - end) if len(ring) else None
 
 
@@ -141,7 +141,7 @@ def _proposal(
 ) -> Iterator[_Proposal]:
     # A face turns clockwise about what lies beyond its own sides: there the thing bulges.
     ring = np.array([end, start, start + from_start, end + from_end])
-    normal = vector_area(ring)
+    normal = compute_vector_area(ring)
     size = np.linalg.norm(normal)
     if not size:
         return  # a next side that runs on along this one, or back, spans nothing
@@ -190,7 +190,7 @@ def _judged(
     weight = float(photos.weight[views].sum())
     if weight >= JUDGED_WEIGHT or (weight >= MIN_WEIGHT and result.ratio.mean() < 0):
         return None
-    evidence = sides.evidence(views, ring_sides(ring))
+    evidence = sides.evidence(views, make_ring_sides(ring))
     new = ~proposal.known if not proposal.known.all() else proposal.known
     hit = evidence.found.sum(axis=(0, 2)) / np.maximum(evidence.there.sum(axis=(0, 2)), 1)
     score = float((photos.weight[views] @ evidence.ratio)[new].sum())

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import ring_sides
+from facetlog.perception.flat_faces import make_ring_sides
 from facetlog.perception.types import FloatArray
 
 # A face has a neighbour at each side that is this share of its ring's length: curves have none.
@@ -36,7 +36,7 @@ class SelectedFace:
         """The sides (n, 2, 3) of its outline and its holes at which it may have a neighbour."""
         long = []
         for ring in (self.corners, *self.holes):
-            sides = ring_sides(ring)
+            sides = make_ring_sides(ring)
             length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
             long.append(sides[length >= LONG_SIDE * length.sum()])
         return np.concatenate(long)

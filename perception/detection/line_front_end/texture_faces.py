@@ -33,18 +33,18 @@ from facetlog.perception.detection.line_front_end.evidence.texture_correlation i
 )
 from facetlog.perception.detection.line_front_end.face_selection import FREE_PX, SAME_PLANE_PX
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
-    without_short_sides,
-    without_straight_corners,
+    remove_short_sides,
+    remove_straight_corners,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_choice import OPEN_SLOPE, plane_cov
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
-from facetlog.perception.detection.line_front_end.planes.texture_choice import as_hypothesis
+from facetlog.perception.detection.line_front_end.planes.texture_choice import to_hypothesis
 from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.flat_faces import compute_vector_area
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
 
@@ -78,9 +78,9 @@ def texture_faces(
             continue
         if ground is not None and ground.holds(ring).all():
             continue
-        plane = as_hypothesis(patches[k], texture, cloud)
+        plane = to_hypothesis(patches[k], texture, cloud)
         for normal in (side * plane.normal for side in patches[k].sides):
-            corners = ring if vector_area(ring) @ normal > 0 else ring[::-1].copy()
+            corners = ring if compute_vector_area(ring) @ normal > 0 else ring[::-1].copy()
             if any(_contradicts(corners, normal, f, photos, cloud.pixel) for f in (*faces, *found)):
                 continue
             inside = inner_points(corners, normal)
@@ -96,8 +96,8 @@ def texture_faces(
 def _hull(points: FloatArray, normal: FloatArray, pixel: float) -> FloatArray:
     basis = plane_basis(normal)
     hull = cv2.convexHull((points @ basis).astype(np.float32))[:, 0].astype(np.float64)
-    flat = without_short_sides(hull, MIN_SIDE_PX * pixel)
-    flat = without_straight_corners(flat, MIN_TURN_PX * pixel)
+    flat = remove_short_sides(hull, MIN_SIDE_PX * pixel)
+    flat = remove_straight_corners(flat, MIN_TURN_PX * pixel)
     return np.asarray(flat @ basis.T + normal * float((points @ normal).mean()))
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     blocked,
-    lies_within,
+    find_points_within,
     overlap,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
@@ -50,7 +50,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.flat_faces import ring_sides, vector_area
+from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
@@ -169,7 +169,7 @@ class BoardSearch:
         # through.
         sight, normal = self._sight, self._normal
         corners = ring if normal @ sight.ground.normal > 0 else ring[::-1].copy()
-        inside = sight.judge.clear_inside(corners, normal, self._clear)
+        inside = sight.judge.judge_clear_inside(corners, normal, self._clear)
         if inside is None:
             return None
         if sight.ground.holds(corners).all():
@@ -223,7 +223,7 @@ class BoardSearch:
         self._bare &= ~self._blocks(face, points).reshape(self._bare.shape)
         ways = self._ends[:, 1] - self._ends[:, 0]
         ways = ways / np.linalg.norm(ways, axis=1, keepdims=True)
-        for side in ring_sides(face.corners):
+        for side in make_ring_sides(face.corners):
             along = np.nonzero(np.abs(ways @ _way(side)) > PARALLEL_COSINE)[0]
             known = np.broadcast_to(side, self._ends[along].shape)
             apart = self._sight.sides.apart(self._everyone, self._ends[along], known)
@@ -232,7 +232,7 @@ class BoardSearch:
         if upwards < UPRIGHT_SINE:
             off = np.abs((points - face.corners.mean(axis=0)) @ face.normal)
             on = off < FREE_PX * self._sight.pixel
-            on[on] = lies_within([face.corners], face.normal, points[on])
+            on[on] = find_points_within([face.corners], face.normal, points[on])
             self._joined |= on.reshape(self._joined.shape)
         elif upwards > PARALLEL_COSINE:
             self._leave_out(face.corners)
@@ -289,7 +289,7 @@ def _level(faces: Sequence[SelectedFace], ground: Ground) -> FloatArray:
     # afar may be known worse; else the ground's.
     best, most = ground.normal, 0.0
     for face in faces:
-        area = float(np.linalg.norm(vector_area(face.corners)))
+        area = float(np.linalg.norm(compute_vector_area(face.corners)))
         if area > most and abs(face.normal @ ground.normal) > LEVEL_COSINE:
             best, most = np.sign(face.normal @ ground.normal) * face.normal, area
     return best

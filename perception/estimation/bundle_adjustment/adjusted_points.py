@@ -22,11 +22,11 @@ from facetlog.perception.estimation.bundle_adjustment.error_sizes import (
     LEAST_PX,
     LENS_SD,
     Sizes,
-    likely_sizes,
+    estimate_sizes,
 )
 from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import (
     LENS_UNKNOWNS,
-    lenses_of,
+    group_lenses,
 )
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
     Linear,
@@ -37,11 +37,11 @@ from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
     linear,
     reduced,
 )
-from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior, prior_of
+from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior, build_prior
 from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.estimation.pose_noise import (
-    pose_noise_px,
-    shared_error_factor,
+    estimate_pose_noise_px,
+    estimate_shared_error_factor,
     view_groups,
 )
 from facetlog.perception.types import FloatArray, LensError, Pose, PoseErrors, View
@@ -67,8 +67,8 @@ class Adjusted:
 
     `lens` (C, 2) are the unknowns of the cameras (lens_unknowns.py). `sizes` are the standard
     deviations of pixel noise beyond its covariances and of pose and lens errors. `twists` (V, 6)
-    move the views from their given poses. The rest is for `errors_at`, of it the information of
-    pixels and of the prior on all twists and lenses (m, m each, m = 6 V + 2 C).
+    move the views from their given poses. The rest is for `compute_errors_at`, of it the
+    information of pixels and of the prior on all twists and lenses (m, m each, m = 6 V + 2 C).
     """
 
     poses: tuple[Pose, ...]
@@ -101,7 +101,7 @@ class Adjusted:
         sds = np.sqrt(variances[-self.lens.size :]).reshape(self.lens.shape)
         return self.problem.lenses.errors(self.lens, sds)
 
-    def errors_at(
+    def compute_errors_at(
         self, tracks: Tracks, points: FloatArray, factor: float = 1.0
     ) -> tuple[FloatArray, FloatArray]:
         """Return errors of points (m, 3) estimated from tracks at the adjusted poses: own and
@@ -141,10 +141,10 @@ def adjust(
     about = points.mean(axis=0) if near is None else near.problem.about
     centres = np.array([v.pose.centre for v in views])
     distance = float(np.median(np.linalg.norm(centres - about, axis=1)))
-    lenses = lenses_of(views)
+    lenses = group_lenses(views)
     problem = Problem(tracks, tuple(views), lenses, about, np.repeat([1.0, distance], 3))
     unknowns = LENS_UNKNOWNS * lenses.count
-    prior = prior_of([v.pose for v in views], errors, about, distance, unknowns)
+    prior = build_prior([v.pose for v in views], errors, about, distance, unknowns)
     lens_sds = (LENS_SD,) if lens_is_off else (EXACT, LENS_SD)
     weighted = prior.weighted(tracks.weight)
     given = State(np.zeros((len(views), 6)), points, np.zeros((lenses.count, LENS_UNKNOWNS)))
@@ -158,7 +158,7 @@ def adjust(
         state = State(near.twists, points, near.lens)
     for _ in range(ROUNDS):
         state = _fitted(problem, weighted, state, sizes)
-        before, sizes = sizes, likely_sizes(problem, prior, state, least_px, sizes, lens_sds)
+        before, sizes = sizes, estimate_sizes(problem, prior, state, least_px, sizes, lens_sds)
         if sizes == before:
             break
         if sizes.lens_sd > before.lens_sd:
@@ -254,7 +254,7 @@ def _errors(
     return factor * pixels.of_points.transpose(0, 2, 1) @ pixels.of_points, shared
 
 
-def without_common_motion(points: FloatArray, own: FloatArray, shared: FloatArray) -> FloatArray:
+def remove_common_motion(points: FloatArray, own: FloatArray, shared: FloatArray) -> FloatArray:
     """Return covariances (n, 3, 3) of points (n, 3) after the best rigid alignment of all with the
     truth.
 
@@ -324,8 +324,8 @@ def adjusted_points(
     weighted by the corners' own covariances are too small where the most certain corners are
     overconfident; so the pixel noise is at least that of the unweighted residuals (pose_noise.py).
     """
-    extra_px = _pose_noise_px(tracks, views)
-    found = _estimated(tracks, views, extra_px)
+    extra_px = _measure_pose_noise_px(tracks, views)
+    found = _estimate_all(tracks, views, extra_px)
     used = tracks.used & found.ok[:, None] & _in_front(found)
     done: Adjusted | None = None
     least_px = LEAST_PX
@@ -337,46 +337,48 @@ def adjusted_points(
         start = found.points[chosen]
         done = adjust(of_chosen, views, start, errors, extra_px, done, least_px, lens_is_off)
         straight = done.undistorted(tracks)
-        found = _estimated(straight, done.views, done.sizes.extra_px)
+        found = _estimate_all(straight, done.views, done.sizes.extra_px)
         before, used = used, found.used
         if choice and (used == before).all():
             break
-        least_px = max(_pose_noise_px(straight, done.views), LEAST_PX)
+        least_px = max(_measure_pose_noise_px(straight, done.views), LEAST_PX)
     straight = tracks if done is None else done.undistorted(tracks)
     projections = np.array([v.projection for v in found.views])
     groups = view_groups(np.array([v.pose.centre for v in found.views]))
     noise = tracks.noise(found.extra_px)
-    factor = shared_error_factor(straight.uv, noise, found.used, projections, found.covs, groups)
-    return _honest(tracks, replace(found, factor=factor, adjusted=done))
+    factor = estimate_shared_error_factor(
+        straight.uv, noise, found.used, projections, found.covs, groups
+    )
+    return _inflate_covariances(tracks, replace(found, factor=factor, adjusted=done))
 
 
-def points_at(tracks: Tracks, at: AdjustedPoints) -> AdjustedPoints:
+def estimate_points_at(tracks: Tracks, at: AdjustedPoints) -> AdjustedPoints:
     """Return the points of tracks at the adjusted poses, with the errors of these in their
     covariances.
     """
     straight = tracks if at.adjusted is None else at.adjusted.undistorted(tracks)
-    found = _estimated(straight, at.views, at.extra_px)
-    return _honest(tracks, replace(found, factor=at.factor, adjusted=at.adjusted))
+    found = _estimate_all(straight, at.views, at.extra_px)
+    return _inflate_covariances(tracks, replace(found, factor=at.factor, adjusted=at.adjusted))
 
 
-def _honest(tracks: Tracks, found: AdjustedPoints) -> AdjustedPoints:
+def _inflate_covariances(tracks: Tracks, found: AdjustedPoints) -> AdjustedPoints:
     # The points with covariances that include pose errors and errors that views share.
     covs, ok = found.factor * found.covs, found.ok
     shape_covs = covs.copy()
     if found.adjusted is not None:
         of_ok, points = replace(tracks, used=found.used).rows(ok), found.points[ok]
-        own, shared = found.adjusted.errors_at(of_ok, points, found.factor)
+        own, shared = found.adjusted.compute_errors_at(of_ok, points, found.factor)
         covs[ok] = own + shared.transpose(0, 2, 1) @ shared
-        shape_covs[ok] = without_common_motion(points, own, shared)
+        shape_covs[ok] = remove_common_motion(points, own, shared)
     return replace(found, covs=covs, shape_covs=shape_covs)
 
 
-def _pose_noise_px(tracks: Tracks, views: Sequence[View]) -> float:
+def _measure_pose_noise_px(tracks: Tracks, views: Sequence[View]) -> float:
     projections = np.array([v.projection for v in views])
-    return pose_noise_px(tracks.uv, tracks.cov, tracks.used, projections)
+    return estimate_pose_noise_px(tracks.uv, tracks.cov, tracks.used, projections)
 
 
-def _estimated(tracks: Tracks, views: Sequence[View], extra_px: float) -> AdjustedPoints:
+def _estimate_all(tracks: Tracks, views: Sequence[View], extra_px: float) -> AdjustedPoints:
     projections = np.array([v.projection for v in views])
     cov = tracks.noise(extra_px)
     points, covs, used, ok = estimate_points(tracks.uv, cov, tracks.used, projections)

@@ -55,7 +55,7 @@ class Sizes:
     lens_sd: float = EXACT
 
 
-def likely_sizes(
+def estimate_sizes(
     problem: Problem,
     prior: Prior,
     state: State,
@@ -82,7 +82,7 @@ def likely_sizes(
         if tried not in known:
             pixels, (belief, log_det) = of_pixels[tried.extra_px], of_prior[beyond]
             price = 0.0 if tried.lens_sd == lens_sds[0] else LENS_PRICE
-            known[tried] = price + _deviance(pixels, off, belief, log_det)
+            known[tried] = price + _compute_deviance(pixels, off, belief, log_det)
         return known[tried]
 
     def improved(best: Sizes) -> Sizes:
@@ -109,7 +109,9 @@ def likely_sizes(
     return min(found, key=deviance)
 
 
-def _deviance(pixels: Reduced, off: FloatArray, belief: FloatArray, log_det: float) -> float:
+def _compute_deviance(
+    pixels: Reduced, off: FloatArray, belief: FloatArray, log_det: float
+) -> float:
     """Return -2 log of the marginal likelihood of the sizes, all else integrated out about the
     state.
 

@@ -85,7 +85,7 @@ class Lenses:
         return tuple(LensError(1.0 + a, b, *both) for a, b, *both in rows.tolist())
 
 
-def lenses_of(views: Sequence[View]) -> Lenses:
+def group_lenses(views: Sequence[View]) -> Lenses:
     """Return the cameras of views; those of the same intrinsics are one."""
     cameras: dict[Camera, list[int]] = {}
     for k, view in enumerate(views):

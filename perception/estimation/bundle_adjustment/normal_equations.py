@@ -16,7 +16,7 @@ from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import (
     LENS_UNKNOWNS,
     Lenses,
 )
-from facetlog.perception.estimation.bundle_adjustment.pose_prior import block_diagonal
+from facetlog.perception.estimation.bundle_adjustment.pose_prior import build_block_diagonal
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
 from facetlog.perception.types import FloatArray, Pose, View
 
@@ -172,7 +172,7 @@ def reduced(problem: Problem, at: Linear, extra_px: float) -> Reduced:
     across = by_view.transpose(1, 0, 2, 3)
     both = across[:, :, 0, :, None] * white[:, :, 0, None]
     both += across[:, :, 1, :, None] * white[:, :, 1, None]
-    coupling = _gathered(lenses, both.transpose(0, 2, 1, 3).reshape(views, -1, 3 * count))
+    coupling = _gather_rows(lenses, both.transpose(0, 2, 1, 3).reshape(views, -1, 3 * count))
     columns = across.reshape(views, 2 * count, -1)
     of_views = columns.transpose(0, 2, 1) @ columns
     gradient = columns.transpose(0, 2, 1) @ residual.transpose(1, 0, 2).reshape(views, -1, 1)
@@ -180,14 +180,14 @@ def reduced(problem: Problem, at: Linear, extra_px: float) -> Reduced:
         cost,
         log_noise,
         _whole(lenses, of_views) - coupling @ coupling.T,
-        _gathered(lenses, gradient)[:, 0] - coupling @ pull.ravel(),
+        _gather_rows(lenses, gradient)[:, 0] - coupling @ pull.ravel(),
         coupling,
         factor,
         pull,
     )
 
 
-def _gathered(lenses: Lenses, rows: FloatArray) -> FloatArray:
+def _gather_rows(lenses: Lenses, rows: FloatArray) -> FloatArray:
     # Of each view's rows (V, 8, k) those of its twist, and below them those of the cameras, which
     # are sums over their views: (6 V + 2 C, k).
     of_lenses = lenses.of_cameras(rows[:, -LENS_UNKNOWNS:])
@@ -200,8 +200,8 @@ def _whole(lenses: Lenses, blocks: FloatArray) -> FloatArray:
     views, size = len(blocks), blocks.shape[1] - LENS_UNKNOWNS
     between = np.einsum("vc,vtl->vtcl", lenses.member, blocks[:, :size, size:])
     between = between.reshape(views * size, -1)
-    of_cameras = block_diagonal(lenses.of_cameras(blocks[:, size:, size:]))
-    of_views = block_diagonal(blocks[:, :size, :size])
+    of_cameras = build_block_diagonal(lenses.of_cameras(blocks[:, size:, size:]))
+    of_views = build_block_diagonal(blocks[:, :size, :size])
     return np.block([[of_views, between], [between.T, of_cameras]])
 
 

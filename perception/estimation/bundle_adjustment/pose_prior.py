@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.estimation.pose_refinement.pose_chain import added, of_twist
+from facetlog.perception.estimation.pose_refinement.pose_chain import added, convert_to_twist_cov
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind, PoseErrors
 
 
@@ -35,10 +35,10 @@ class Prior:
     def precision(self, own_sd: float, lens_sd: float) -> tuple[FloatArray, float]:
         """Return inverse (m, m) of the covariance, m = 6 V + unknowns, and its log determinant."""
         covs = self.stated + own_sd**2 * self.own
-        whole = covs if self.chain is None else (self.chain + block_diagonal(covs))[None]
+        whole = covs if self.chain is None else (self.chain + build_block_diagonal(covs))[None]
         inverse = np.asarray(np.linalg.inv(whole), dtype=np.float64)
         log_det = float(np.linalg.slogdet(whole)[1].sum())
-        of_poses = block_diagonal((inverse + inverse.transpose(0, 2, 1)) / 2)
+        of_poses = build_block_diagonal((inverse + inverse.transpose(0, 2, 1)) / 2)
         belief = np.zeros((len(of_poses) + self.unknowns,) * 2)
         belief[: len(of_poses), : len(of_poses)] = of_poses
         lenses = np.arange(len(of_poses), len(belief))
@@ -63,7 +63,7 @@ class Prior:
         return Prior(self.mean[chosen], own, stated, self.unknowns, chain)
 
 
-def prior_of(
+def build_prior(
     poses: Sequence[Pose],
     errors: PoseErrors | None,
     about: FloatArray,
@@ -78,19 +78,19 @@ def prior_of(
     unit = np.repeat([1.0, distance], 3)
     scale = np.outer(unit, unit)
     by_angle = np.diag([distance**2] * 3 + [1.0] * 3)
-    own = np.array([of_twist(pose, by_angle, about) for pose in poses]) / scale
+    own = np.array([convert_to_twist_cov(pose, by_angle, about) for pose in poses]) / scale
     nothing = np.zeros_like(own)
     if errors is None:
         return Prior(np.zeros((len(poses), 6)), own, nothing, unknowns)
     mean = np.array([_twist(p, q, about) for p, q in zip(poses, errors.poses, strict=True)]) / unit
     pairs = zip(poses, errors.covariances, strict=True)
-    stated = np.array([of_twist(pose, cov, about) for pose, cov in pairs]) / scale
+    stated = np.array([convert_to_twist_cov(pose, cov, about) for pose, cov in pairs]) / scale
     if errors.kind is PoseErrorKind.INDEPENDENT:
         return Prior(mean, own, stated, unknowns)
-    return Prior(mean, own, nothing, unknowns, _chained(stated))
+    return Prior(mean, own, nothing, unknowns, _chain_covariances(stated))
 
 
-def block_diagonal(blocks: FloatArray) -> FloatArray:
+def build_block_diagonal(blocks: FloatArray) -> FloatArray:
     """Return the matrix (V k, V k) with these blocks (V, k, k) on its diagonal."""
     count, size, _ = blocks.shape
     whole = np.zeros((count, size, count, size))
@@ -99,7 +99,7 @@ def block_diagonal(blocks: FloatArray) -> FloatArray:
     return whole.reshape(count * size, count * size)
 
 
-def _chained(stated: FloatArray) -> FloatArray:
+def _chain_covariances(stated: FloatArray) -> FloatArray:
     # The covariance of two poses of a chain is that of the first of them; across a restart of the
     # odometry they are independent.
     count = len(stated)

@@ -13,10 +13,10 @@ from facetlog.perception.estimation.incidence import (
     SURE_SD,
     Incidence,
     converted,
-    most_likely,
-    recursion_from_fit,
+    fit_most_likely,
+    run_from_fit,
     solved,
-    updated_one,
+    update_one,
 )
 from facetlog.perception.estimation.plane_filter import Chart
 from facetlog.perception.types import FloatArray, frozen
@@ -94,13 +94,13 @@ def fit_image_line(points: ArrayLike, covs: ArrayLike) -> ImageLine:
     if x.ndim != 2 or x.shape[1] != 2 or noise.shape != (len(x), 2, 2):
         raise ValueError(f"points {x.shape} and covariances {noise.shape} do not go together")
     origin = x.mean(axis=0)
-    chart, x, noise = _best_chart(x - origin, noise)
+    chart, x, noise = _choose_chart(x - origin, noise)
     start = solved(POINT_ON_LINE, x)
-    mean, cov, _ = most_likely(POINT_ON_LINE, x[None], noise[None], start[None])
+    mean, cov, _ = fit_most_likely(POINT_ON_LINE, x[None], noise[None], start[None])
     return ImageLine(chart, State(mean[0], cov[0]), origin)
 
 
-def image_line_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLine]:
+def filter_image_line(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLine]:
     """Yield the line after each further pixel, as of `fit_image_line`, from the first that make its
     slope sure; each is used once, linearised at the previous line.
     """
@@ -109,13 +109,13 @@ def image_line_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLi
     def update(line: ImageLine, k: int) -> ImageLine:
         order = _axes(line.chart)
         point, cov = (x[k] - line.origin)[order], noise[k][np.ix_(order, order)]
-        state, _ = updated_one(POINT_ON_LINE, line.state, point, cov)
+        state, _ = update_one(POINT_ON_LINE, line.state, point, cov)
         line = replace(line, state=state)
         if abs(line.state.mean[0]) > MAX_SLOPE:
             line = line.in_chart(Chart.X if line.chart == Chart.Y else Chart.Y)
         return line
 
-    return recursion_from_fit(
+    return run_from_fit(
         lambda n: fit_image_line(x[:n], noise[:n]),
         len(x),
         lambda line: bool(line.state.cov[0, 0] <= SURE_SD**2),
@@ -128,7 +128,7 @@ def _axes(chart: Chart) -> list[int]:
     return [1, 0] if chart == Chart.X else [0, 1]
 
 
-def _best_chart(x: FloatArray, noise: FloatArray) -> tuple[Chart, FloatArray, FloatArray]:
+def _choose_chart(x: FloatArray, noise: FloatArray) -> tuple[Chart, FloatArray, FloatArray]:
     spread = np.ptp(x, axis=0)
     if not spread.any():
         raise ValueError("all points are one: there is no line")

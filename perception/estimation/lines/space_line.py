@@ -16,17 +16,17 @@ from facetlog.perception.estimation.incidence import (
     SURE_SD,
     Incidence,
     converted,
-    most_likely,
-    recursion_from_fit,
+    fit_most_likely,
+    run_from_fit,
     solved,
-    updated_one,
+    update_one,
 )
 from facetlog.perception.estimation.lines.image_line import ImageLine
 from facetlog.perception.estimation.plane_filter import (
     Chart,
-    best_chart,
-    chart_from_plane,
-    plane_from_chart,
+    choose_best_chart,
+    convert_chart_to_plane,
+    convert_plane_to_chart,
 )
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray, frozen
@@ -71,10 +71,10 @@ class SpaceLine:
         """Return the line after one more view, with `projection` (3, 4), shows it as `image`; and
         the squared Mahalanobis length of the innovation, chi-square with two degrees of freedom.
         """
-        planes, noise = _shifted(*_viewing_planes([image], [projection]), self.origin)
+        planes, noise = _shifted(*_build_viewing_planes([image], [projection]), self.origin)
         (x,), (cov,) = _in_order(planes, noise, self.chart)
-        state, chi2 = updated_one(LINE_OF_PLANES, self.state, x, cov)
-        return replace(self, state=state).in_best_chart(), chi2
+        state, chi2 = update_one(LINE_OF_PLANES, self.state, x, cov)
+        return replace(self, state=state).to_best_chart(), chi2
 
     def in_chart(self, chart: Chart, origin: FloatArray | None = None) -> Self:
         """Return the same line in another chart, about another origin where one is given.
@@ -96,11 +96,11 @@ class SpaceLine:
         mean, cov = converted(self.state.cov, self.state.mean, described)
         return type(self)(chart, State(mean, cov), about)
 
-    def in_best_chart(self) -> Self:
+    def to_best_chart(self) -> Self:
         """Return the same line where no slope is beyond MAX_SLOPE."""
         if np.abs(self.state.mean[:2]).max() <= MAX_SLOPE:
             return self
-        return self.in_chart(best_chart(self._drawn(self.state.mean)[:3]))
+        return self.in_chart(choose_best_chart(self._drawn(self.state.mean)[:3]))
 
     def _drawn(self, state: FloatArray) -> FloatArray:
         i, j, k = self.chart.axes
@@ -160,36 +160,36 @@ LINE_OF_PLANES = Incidence(_planes, _by_plane)
 PLANE_OF_LINES = Incidence(_lines, _by_line)
 
 
-def line_of_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
+def fit_line_to_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
     """Return the most likely line of points (n, 3), n at least 2, with covariances (n, 3, 3)."""
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] != 3 or len(x) < 2 or noise.shape != (len(x), 3, 3):
         raise ValueError(f"points {x.shape} and covariances {noise.shape} make no line")
     origin = x.mean(axis=0)
     along = np.linalg.svd(x - origin)[2][0]
-    return _most_likely_line(LINE_OF_POINTS, x - origin, noise, best_chart(along), origin)
+    return _fit_line(LINE_OF_POINTS, x - origin, noise, choose_best_chart(along), origin)
 
 
-def line_of_points_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[SpaceLine]:
+def filter_line_of_points(points: ArrayLike, covs: ArrayLike) -> Iterator[SpaceLine]:
     """Yield the line after each further point, from the first ones that make it sure."""
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
 
     def update(line: SpaceLine, k: int) -> SpaceLine:
         measured = _in_order(x[k] - line.origin, noise[k], line.chart)
-        state, _ = updated_one(LINE_OF_POINTS, line.state, *measured)
-        return replace(line, state=state).in_best_chart()
+        state, _ = update_one(LINE_OF_POINTS, line.state, *measured)
+        return replace(line, state=state).to_best_chart()
 
-    return recursion_from_fit(lambda n: line_of_points(x[:n], noise[:n]), len(x), _is_sure, update)
+    return run_from_fit(lambda n: fit_line_to_points(x[:n], noise[:n]), len(x), _is_sure, update)
 
 
-def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray]) -> SpaceLine:
+def fit_line_to_images(images: Sequence[ImageLine], projections: Sequence[FloatArray]) -> SpaceLine:
     """Return the most likely line that views with projections (3, 4) show as lines in their
     pictures.
 
     The plane through a pinhole and a line in its picture holds the line in space. ValueError where
     the planes are one: views from places that the line is in a plane with.
     """
-    planes, noise = _viewing_planes(images, projections)
+    planes, noise = _build_viewing_planes(images, projections)
     # The line's direction is across all normals: the last right singular vector.
     _, values, axes = np.linalg.svd(planes[:, :3])
     if len(planes) < 2 or values[1] <= np.sqrt(np.finfo(np.float64).eps) * values[0]:
@@ -204,10 +204,10 @@ def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray
     across = np.stack([axes[2], -ray], axis=1)
     origin = pinhole + foot + np.linalg.lstsq(across, -foot)[0][0] * axes[2]
     planes, noise = _shifted(planes, noise, origin)
-    return _most_likely_line(LINE_OF_PLANES, planes, noise, best_chart(axes[2]), origin)
+    return _fit_line(LINE_OF_PLANES, planes, noise, choose_best_chart(axes[2]), origin)
 
 
-def line_of_images_recursion(
+def filter_line_of_images(
     images: Sequence[ImageLine], projections: Sequence[FloatArray]
 ) -> Iterator[SpaceLine]:
     """Yield the line after each further view, each used once, linearised at the previous line.
@@ -216,8 +216,8 @@ def line_of_images_recursion(
     the distance.
     """
     pinhole = -np.linalg.solve(projections[0][:, :3], projections[0][:, 3])
-    return recursion_from_fit(
-        lambda n: line_of_images(images[:n], projections[:n]),
+    return run_from_fit(
+        lambda n: fit_line_to_images(images[:n], projections[:n]),
         len(images),
         lambda line: _is_sure(line, float(np.linalg.norm(line.origin - pinhole))),
         lambda line, k: line.seen(images[k], projections[k])[0],
@@ -230,33 +230,33 @@ def plane_of_lines(lines: Sequence[SpaceLine]) -> Plane:
     ValueError where the lines are one.
     """
     origin = lines[0].origin
-    x, noise = _drawn_about(lines, origin)
+    x, noise = _draw_about(lines, origin)
     apart = x[:, 3:] - x[:, 3:].mean(axis=0)
     along = x[:, :3] / np.linalg.norm(x[:, :3], axis=1, keepdims=True)
     apart -= np.einsum("nk,nk->n", apart, along)[:, None] * along
     _, values, axes = np.linalg.svd(np.concatenate([along, apart / (np.abs(apart).max() or 1.0)]))
     if len(lines) < 2 or values[1] <= np.sqrt(np.finfo(np.float64).eps) * values[0]:
         raise ValueError("the lines are one: they have no plane")
-    chart = best_chart(axes[2])
+    chart = choose_best_chart(axes[2])
     x, noise = _in_order(x, noise, chart)
-    mean, cov, _ = most_likely(
+    mean, cov, _ = fit_most_likely(
         PLANE_OF_LINES, x[None], noise[None], solved(PLANE_OF_LINES, x)[None]
     )
-    return _about_world(plane_from_chart(chart, State(mean[0], cov[0])), origin)
+    return _move_to_world_frame(convert_chart_to_plane(chart, State(mean[0], cov[0])), origin)
 
 
-def plane_of_lines_recursion(lines: Sequence[SpaceLine]) -> Iterator[Plane]:
+def filter_plane_of_lines(lines: Sequence[SpaceLine]) -> Iterator[Plane]:
     """Yield the plane after each further line, from the first ones that make it sure."""
     origin = lines[0].origin
 
     def update(plane: Plane, k: int) -> Plane:
-        here = _about_world(plane, -origin)
-        chart = best_chart(here.normal)
-        (x,), (noise,) = _in_order(*_drawn_about([lines[k]], origin), chart)
-        state, _ = updated_one(PLANE_OF_LINES, chart_from_plane(chart, here), x, noise)
-        return _about_world(plane_from_chart(chart, state), origin)
+        here = _move_to_world_frame(plane, -origin)
+        chart = choose_best_chart(here.normal)
+        (x,), (noise,) = _in_order(*_draw_about([lines[k]], origin), chart)
+        state, _ = update_one(PLANE_OF_LINES, convert_plane_to_chart(chart, here), x, noise)
+        return _move_to_world_frame(convert_chart_to_plane(chart, state), origin)
 
-    return recursion_from_fit(
+    return run_from_fit(
         lambda n: plane_of_lines(lines[:n]),
         len(lines),
         lambda plane: bool(np.linalg.eigvalsh(plane.cov[:3, :3])[2] <= SURE_SD**2),
@@ -269,12 +269,12 @@ def _is_sure(line: SpaceLine, distance: float = np.inf) -> bool:
     return bool(sds.max() <= SURE_SD)
 
 
-def _most_likely_line(
+def _fit_line(
     on: Incidence, x: FloatArray, noise: FloatArray, chart: Chart, origin: FloatArray
 ) -> SpaceLine:
     x, noise = _in_order(x, noise, chart)
-    mean, cov, _ = most_likely(on, x[None], noise[None], solved(on, x)[None])
-    return SpaceLine(chart, State(mean[0], cov[0]), origin).in_best_chart()
+    mean, cov, _ = fit_most_likely(on, x[None], noise[None], solved(on, x)[None])
+    return SpaceLine(chart, State(mean[0], cov[0]), origin).to_best_chart()
 
 
 def _in_order(x: FloatArray, noise: FloatArray, chart: Chart) -> tuple[FloatArray, FloatArray]:
@@ -284,7 +284,7 @@ def _in_order(x: FloatArray, noise: FloatArray, chart: Chart) -> tuple[FloatArra
     return x[..., order], noise[..., order, :][..., :, order]
 
 
-def _viewing_planes(
+def _build_viewing_planes(
     images: Sequence[ImageLine], projections: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     # The planes (n, 4) through pinhole and line in the picture, and covariances (n, 4, 4).
@@ -307,14 +307,14 @@ def _shifted(
     return planes @ J.T, J @ noise @ J.T
 
 
-def _drawn_about(lines: Sequence[SpaceLine], origin: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _draw_about(lines: Sequence[SpaceLine], origin: FloatArray) -> tuple[FloatArray, FloatArray]:
     drawn = [line.direction_and_foot for line in lines]
     x = np.array([d for d, _ in drawn])
     x[:, 3:] += np.array([line.origin for line in lines]) - origin
     return x, np.array([cov for _, cov in drawn])
 
 
-def _about_world(plane: Plane, origin: FloatArray) -> Plane:
+def _move_to_world_frame(plane: Plane, origin: FloatArray) -> Plane:
     # The plane known from `origin` in the coordinates that the origin is given in.
     J = np.eye(4)
     J[3, :3] = -origin

@@ -15,19 +15,19 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
-from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import find_shown_lines
 from facetlog.perception.detection.line_front_end.segments_3d.line_refine import (
     READINGS_A_VIEW,
-    across_basis,
-    ends_jacobian,
-    point_jacobian,
+    build_across_basis,
+    compute_ends_jacobian,
+    compute_point_jacobian,
     read_edges,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
-    explained_share,
+    measure_share_explained,
 )
-from facetlog.perception.detection.picture_noise import Noise, working_noise
+from facetlog.perception.detection.picture_noise import Noise, measure_working_noise
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.estimation.pose_refinement.pose_chain import TwistPrior, moved
 from facetlog.perception.types import FloatArray, Pose, View
@@ -76,7 +76,7 @@ def align(
     `use` (n, V) says which segment is searched in which view.
     """
     views, lines = len(drifting.views), len(segments)
-    basis = across_basis(segments)
+    basis = build_across_basis(segments)
     points = segment_samples(segments, SAMPLES)
     own = 6 * views
     h, g = np.zeros((own + 4 * lines,) * 2), np.zeros(own + 4 * lines)
@@ -88,7 +88,7 @@ def align(
         by_view, by_point, error, weight = _readings(
             view, drifting.maps[k], points[chosen], drifting.chain.about, search_px
         )
-        by_ends = ends_jacobian(by_point, basis[chosen])
+        by_ends = compute_ends_jacobian(by_point, basis[chosen])
         at = slice(6 * k, 6 * k + 6)
         h[at, at] += np.einsum("nm,nma,nmb->ab", weight, by_view, by_view)
         g[at] += np.einsum("nm,nma,nm->a", weight, by_view, error)
@@ -141,7 +141,7 @@ def _readings(
     m).
     """
     read = read_edges(view, edges, points, search_px)
-    by_point = point_jacobian(view, points, read)
+    by_point = compute_point_jacobian(view, points, read)
     # The camera's twist moves the world the other way: dX = -(turn x r + shift), r from `about`.
     by_view = np.concatenate([np.cross(by_point, points - about), -by_point], axis=-1)
     found = np.isfinite(read.offset)
@@ -160,7 +160,7 @@ class Lines(NamedTuple):
     explained: float
 
 
-def drifting_views(
+def prepare_drifting_views(
     views: Sequence[View],
     chain: TwistPrior,
     reach_px: float | None = None,
@@ -168,7 +168,9 @@ def drifting_views(
 ) -> DriftingViews:
     """Return the views with their edges and segments; `reach_px`, `noises` as of `edge_map`."""
     maps, segments = [], []
-    for view, noise in zip(views, noises or (working_noise(v.image) for v in views), strict=True):
+    for view, noise in zip(
+        views, noises or (measure_working_noise(v.image) for v in views), strict=True
+    ):
         coarser = coarse_pictures(view.image, noise)
         maps.append(edge_map(view.image, reach_px, noise, coarser))
         segments.append(detect_segments(view.image, noise, coarser))
@@ -183,7 +185,7 @@ def smaller(drifting: DriftingViews, share: float, reach_px: float | None = None
         image = cv2.resize(view.image, (width, height), interpolation=cv2.INTER_AREA)
         camera = view.camera.resized(width, height)
         views.append(View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose))
-    return drifting_views(views, drifting.chain, reach_px)
+    return prepare_drifting_views(views, drifting.chain, reach_px)
 
 
 def fitted(
@@ -201,6 +203,6 @@ def fitted(
 def lines_of(drifting: DriftingViews, twists: FloatArray) -> Lines:
     """Return the 3-D segments of the views at these twists (V, 6)."""
     views = drifting.at(range(len(drifting.views)), twists)
-    cloud, use = shown_lines(views, drifting.maps, drifting.segments)
-    share = explained_share(cloud.segments, use, views, drifting.segments)
+    cloud, use = find_shown_lines(views, drifting.maps, drifting.segments)
+    share = measure_share_explained(cloud.segments, use, views, drifting.segments)
     return Lines(cloud.segments, use, share)

@@ -71,10 +71,13 @@ def pose_chain(
     the views look at, `distance` how far it is from them.
     """
     of_twists = np.array(
-        [of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
+        [
+            convert_to_twist_cov(pose, cov, about)
+            for pose, cov in zip(poses, covariances, strict=True)
+        ]
     )
     own_cov = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
-    own = np.array([of_twist(pose, own_cov, about) for pose in poses])
+    own = np.array([convert_to_twist_cov(pose, own_cov, about) for pose in poses])
     grown = [
         before + after if (step := added(before, after)) is None else step
         for before, after in pairwise(of_twists)
@@ -82,7 +85,7 @@ def pose_chain(
     return TwistPrior(about, np.array([of_twists[0], *grown]) + own, chain=True)
 
 
-def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
+def convert_to_twist_cov(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
     """Return covariance (6, 6) of a pose's twist, from that of its place and rotation vector."""
     # The camera's place moves by turn x (centre - about) + shift.
     x, y, z = pose.centre - about

@@ -19,16 +19,19 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     project_points,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
-    explained_share,
+    measure_share_explained,
 )
 from facetlog.perception.detection.view_graph import view_graph
-from facetlog.perception.detection.working_size import at_working_size, working_noises
+from facetlog.perception.detection.working_size import (
+    enlarge_to_working_size,
+    measure_working_noises,
+)
 from facetlog.perception.estimation.pose_refinement.line_alignment import (
     DriftingViews,
     align_one,
-    drifting_views,
     fitted,
     lines_of,
+    prepare_drifting_views,
     smaller,
 )
 from facetlog.perception.estimation.pose_refinement.pose_chain import pose_chain
@@ -58,19 +61,21 @@ def registered(
     rng = np.random.default_rng(k)
     drawn = rng.multivariate_normal(before, SPREAD * step, DRAWN, method="eigh")
     drawn = np.vstack([before, drawn])
-    shown = np.array([_shown_px(drifting, k, twist, segments) for twist in drawn])
+    shown = np.array([_measure_shown_px(drifting, k, twist, segments) for twist in drawn])
     best, most = before, -np.inf
     belief = np.linalg.inv(step)
     for index in np.argsort(-shown, kind="stable")[:IMPROVED]:
-        twist = _improved(drifting, k, drawn[index], (before, step), segments)
+        twist = _improve_twist(drifting, k, drawn[index], (before, step), segments)
         off = twist - before
-        score = _shown_px(drifting, k, twist, segments) - PX_A_UNIT * float(off @ belief @ off)
+        score = _measure_shown_px(drifting, k, twist, segments) - PX_A_UNIT * float(
+            off @ belief @ off
+        )
         if score > most:
             best, most = twist, score
     return best
 
 
-def _improved(
+def _improve_twist(
     drifting: DriftingViews,
     k: int,
     twist: FloatArray,
@@ -92,7 +97,9 @@ def _coverage(
     return np.nan_to_num(coverage(segments, view, [drifting.maps[k]])[:, 0])
 
 
-def _shown_px(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
+def _measure_shown_px(
+    drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray
+) -> float:
     (view,) = drifting.at([k], twist[None])
     share = _coverage(drifting, k, twist, segments)
     uv, _ = project_points(view.projection, segments)
@@ -136,7 +143,7 @@ class RefinedViews:
     explained_before: float
 
 
-def refined_views(
+def refine_views(
     views: Sequence[View],
     covariances: FloatArray,
     progress: Callable[[str, int, int], None] | None = None,
@@ -147,13 +154,13 @@ def refined_views(
     (radians), both in the world frame, as they accumulate in odometry. `progress` is called with
     ("poses", done, all).
     """
-    working, factors = at_working_size(views)
+    working, factors = enlarge_to_working_size(views)
     graph = view_graph(working)
     chain = pose_chain([v.pose for v in views], covariances, graph.focus, graph.distance)
-    full = drifting_views(working, chain, noises=working_noises(views, factors))
+    full = prepare_drifting_views(working, chain, noises=measure_working_noises(views, factors))
     given = np.zeros((len(views), 6))
     before = lines_of(full, given).explained
-    twists, segments = _first_twists(working, full)
+    twists, segments = _fit_first_twists(working, full)
     count = len(twists)
     for k in range(len(twists), len(views)):
         if progress is not None:
@@ -165,7 +172,7 @@ def refined_views(
             count = len(twists)
     for _ in range(ROUNDS):
         twists, _ = fitted(full, twists, SEARCH_PX)
-        again = _registered_anew(full, twists)
+        again = _register_again(full, twists)
         if again is twists:
             break
         twists = again
@@ -189,7 +196,7 @@ def refined_views(
     )
 
 
-def with_refined_poses(
+def correct_poses(
     view_set: ViewSet, progress: Callable[[str, int, int], None] | None = None
 ) -> ViewSet:
     """Return the set with its poses corrected, and a line about that among its problems.
@@ -201,7 +208,7 @@ def with_refined_poses(
         raise ValueError(f"{view_set.name}: the covariances of the poses are not known")
     if view_set.pose_errors.kind is PoseErrorKind.INDEPENDENT:
         return view_set
-    found = refined_views(view_set.views, view_set.pose_errors.covariances, progress)
+    found = refine_views(view_set.views, view_set.pose_errors.covariances, progress)
     if found.explained <= found.explained_before:
         return view_set
     length = f"{found.shift * 100:.2g} cm" if view_set.metric else f"{found.shift:.2g} units"
@@ -213,7 +220,7 @@ def with_refined_poses(
     return replace(view_set, views=found.views, problems=(*view_set.problems, line))
 
 
-def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArray, FloatArray]:
+def _fit_first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArray, FloatArray]:
     """Fit twists (FIRST, 6) of the first views and segments, from coarse pictures to fine ones."""
     first = full.first(min(FIRST, len(views)))
     twists, segments = np.zeros((len(first.views), 6)), np.zeros((0, 2, 3))
@@ -225,25 +232,29 @@ def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArra
     return twists, segments
 
 
-def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
+def _register_again(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
     """Return the twists with those of suspect views registered again; unchanged where none gains by
     it.
     """
     lines = lines_of(drifting, twists)
-    shares = np.array([shown_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)])
+    shares = np.array(
+        [measure_shown_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)]
+    )
     better = twists
     for k in range(1, len(twists)):
         if shares[k] >= np.median(shares) - DOUBTFUL:
             continue
         found = registered(drifting, k, better, lines.segments)
-        if shown_share(drifting, k, found, lines.segments) > shares[k] + GAIN:
+        if measure_shown_share(drifting, k, found, lines.segments) > shares[k] + GAIN:
             better = better.copy()
             better[k] = found
     return better
 
 
-def shown_share(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
+def measure_shown_share(
+    drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray
+) -> float:
     """Return share of the straight segments of view k that the 3-D segments (n, 2, 3) explain."""
     view = drifting.at([k], twist[None])
     use = np.nan_to_num(coverage(segments, view, [drifting.maps[k]])) > SUPPORTED
-    return explained_share(segments, use, view, [drifting.segments[k]])
+    return measure_share_explained(segments, use, view, [drifting.segments[k]])

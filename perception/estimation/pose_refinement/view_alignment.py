@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
-    explained_share,
+    measure_share_explained,
 )
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.pose_refinement.line_alignment import (
@@ -25,7 +25,10 @@ from facetlog.perception.estimation.pose_refinement.line_alignment import (
     lines_of,
     smaller,
 )
-from facetlog.perception.estimation.pose_refinement.pose_chain import TwistPrior, of_twist
+from facetlog.perception.estimation.pose_refinement.pose_chain import (
+    TwistPrior,
+    convert_to_twist_cov,
+)
 from facetlog.perception.types import FloatArray, View
 
 POSE_SD = np.radians(1.0)
@@ -50,7 +53,7 @@ GAIN = 0.02
 """Least gain of the explained share for which poses are changed."""
 
 
-def aligned_views(
+def align_views(
     views: Sequence[View],
     maps: Sequence[EdgeMap],
     segments: Sequence[FloatArray],
@@ -62,12 +65,12 @@ def aligned_views(
 
     `lines` (n, 2, 3) are the 3-D segments at the poses given, `use` (n, V) which view shows which.
     """
-    given = most = explained_share(lines, use, views, segments)
+    given = most = measure_share_explained(lines, use, views, segments)
     if given >= WELL_EXPLAINED or not len(lines):
         return None
     graph = view_graph(views)
     cov = POSE_SD**2 * np.diag([graph.distance**2] * 3 + [1.0] * 3)
-    covs = np.array([of_twist(v.pose, cov, graph.focus) for v in views])
+    covs = np.array([convert_to_twist_cov(v.pose, cov, graph.focus) for v in views])
     prior = TwistPrior(graph.focus, covs, chain=False)
     full = DriftingViews(tuple(views), tuple(maps), tuple(segments), prior)
     best = np.zeros((len(views), 6))

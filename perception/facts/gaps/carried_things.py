@@ -13,13 +13,13 @@ import shapely
 
 from facetlog.perception.attached_edges import MAX_GAP_SHARE, MIN_DEPTH_SHARE
 from facetlog.perception.batch_linalg import dots
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import find_intersection, make_polygon
 from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.surfaces.floors import LEVEL_ENOUGH, above_ground
+from facetlog.perception.surfaces.floors import LEVEL_ENOUGH, measure_above_ground
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
@@ -33,7 +33,7 @@ OPPOSITE = float(np.cos(np.deg2rad(10.0)))
 SHARED = 0.5
 
 
-def one_board(table: FaceTable, things: Sequence[Thing]) -> Iterator[tuple[int, int]]:
+def find_board_sides(table: FaceTable, things: Sequence[Thing]) -> Iterator[tuple[int, int]]:
     """Yield pairs of things, by their numbers, that have the two sides of a board.
 
     The table is of one scene.
@@ -47,7 +47,7 @@ def one_board(table: FaceTable, things: Sequence[Thing]) -> Iterator[tuple[int, 
         apart = owners[usable] != owners[one]
         opposite = usable[(usable > one) & apart & (normals[usable] @ normals[one] < -OPPOSITE)]
         for other in opposite.tolist():
-            if _back_to_back(
+            if _are_back_to_back(
                 _outline(table, one), _outline(table, other), normals[one], normals[other]
             ):
                 yield int(owners[one]), int(owners[other])
@@ -58,14 +58,14 @@ def _outline(table: FaceTable, face: int) -> FloatArray:
     return outline
 
 
-def _back_to_back(
+def _are_back_to_back(
     one: FloatArray, other: FloatArray, normal: FloatArray, other_normal: FloatArray
 ) -> bool:
     """Return whether outlines (k, 3), (l, 3) cover each other, the second a board's thickness
     behind.
     """
     middle = one.mean(axis=0)
-    axes = plane_axes(normal, one[1] - one[0])
+    axes = make_plane_axes(normal, one[1] - one[0])
     first, second = (make_polygon((ring - middle) @ axes.T) for ring in (one, other))
     least = min(first.area, second.area)
     shared = find_intersection(first, second)
@@ -86,7 +86,7 @@ NOISE_SDS = 3.0
 STANDS_WITHIN = 2.0 / 3.0
 
 
-def carried_together(
+def join_carried_things(
     scene: Scene, table: FaceTable, edges: Indices, things: tuple[Thing, ...]
 ) -> tuple[Thing, ...]:
     """Return the things of a scene, of which those that end above the ground are one with their
@@ -95,7 +95,7 @@ def carried_together(
     The table is of this scene alone; `edges` (e, 2) are vertices. Without a ground that views show
     the things are as they were, and where they were told apart as the scene was read (bodies).
     """
-    above = above_ground(scene, table.points)
+    above = measure_above_ground(scene, table.points)
     if above is None or scene.up is None or scene.bodies or len(things) < 2:
         return things
     from facetlog.perception.facts.gaps.thing_gaps import gaps  # scenes without a ground do without
@@ -105,34 +105,34 @@ def carried_together(
     high = above[lowest]
     sds = np.sqrt(dots(scene.up @ table.covs[lowest], scene.up))
     high = np.where(high > NOISE_SDS * sds, high, 0.0)
-    axes = plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
+    axes = make_plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
     heights, flat = table.points @ scene.up, table.points @ axes.T
     nearest: dict[int, tuple[float, int]] = {}
     for gap in gaps(table, edges, things):
         for one, other in ((gap.first, gap.second), (gap.second, gap.first)):
             near = gap.distance.value <= NEARER * high[one] and high[other] <= high[one] > 0.0
             if near and not any(
-                _stands_on(table, heights, flat, vertices[one], face)
+                _is_standing_on(table, heights, flat, vertices[one], face)
                 for face in things[other].faces
                 if float(table.planes.normals[face] @ scene.up) > LEVEL_ENOUGH
             ):
                 found = (gap.distance.value, other)
                 nearest[one] = min(found, nearest.get(one, found))
     carried = ((one, other) for one, (_, other) in nearest.items())
-    groups = components(len(things), (*carried, *one_board(table, things)))
+    groups = components(len(things), (*carried, *find_board_sides(table, things)))
     together: dict[int, list[Thing]] = {}
     for group, thing in zip(groups, things, strict=True):
         together.setdefault(group, []).append(thing)
-    return tuple(_as_one(some) for some in together.values())
+    return tuple(_join_things(some) for some in together.values())
 
 
 def _vertices(table: FaceTable, edges: Indices, thing: Thing) -> Indices:
-    of_faces = table.rows_of(np.array(thing.faces, dtype=np.intp))[1]
+    of_faces = table.find_member_rows(np.array(thing.faces, dtype=np.intp))[1]
     of_edges = edges[np.array(thing.edges, dtype=np.intp)].ravel()
     return np.unique(np.concatenate([of_faces, of_edges]))
 
 
-def _stands_on(
+def _is_standing_on(
     table: FaceTable, heights: FloatArray, flat: FloatArray, own: Indices, face: int
 ) -> bool:
     """Return whether a thing of these vertices lies over a level face, and takes only some
@@ -153,7 +153,7 @@ def _stands_on(
     return float(longest @ longest) <= STANDS_WITHIN * extent
 
 
-def _as_one(things: Sequence[Thing]) -> Thing:
+def _join_things(things: Sequence[Thing]) -> Thing:
     first = things[0]
     if len(things) == 1:
         return first

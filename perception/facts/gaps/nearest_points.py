@@ -248,7 +248,7 @@ def _reach(reach: FloatArray, one: Indices, two: Indices) -> FloatArray:
     return np.asarray(reach[one[:, None], two], dtype=np.float64)
 
 
-def to_sides(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
+def find_nearest_on_sides(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
     """Return vertices with the nearest points of sides of other things."""
     at = one.at
     i, j = _near((at, at), two.side_boxes, _reach(reach, one.vertex_of, two.side_of))
@@ -310,7 +310,7 @@ def passing(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesse
     )
 
 
-def over_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
+def find_feet_on_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
     """Return vertices with their feet on faces of other things."""
     at, sheets = one.at, two.sheets
     i, j = _near((at, at), two.sheet_boxes, _reach(reach, one.vertex_of, two.sheet_of))
@@ -332,7 +332,7 @@ def over_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witne
     )
 
 
-def through_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
+def find_crossed_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
     """Return where sides go through faces of other things, for pairs that have a reach."""
     sheets = two.sheets
     touching = np.where(np.isnan(reach), np.nan, slack)

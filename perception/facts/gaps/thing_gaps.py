@@ -17,11 +17,11 @@ from scipy.spatial.distance import cdist
 from facetlog.perception.facts.gaps.nearest_points import (
     Parts,
     Witnesses,
+    find_crossed_faces,
+    find_feet_on_faces,
+    find_nearest_on_sides,
     joined,
-    over_faces,
     passing,
-    through_faces,
-    to_sides,
 )
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.ragged import Indices
@@ -58,18 +58,18 @@ def gaps(table: FaceTable, edges: Indices, things: Sequence[Thing]) -> tuple[Gap
     noise = _noise(parts, count, tolerance)
     # Each pair once: other ways round, the reach is NaN, which nothing is within.
     later = np.triu(np.ones((count, count), dtype=np.bool_), 1)
-    reach = np.where(later, _vertex_distances(parts, count) + noise, np.nan)
+    reach = np.where(later, _compute_vertex_distances(parts, count) + noise, np.nan)
     step = max(1, PAIRS_AT_ONCE // count)
     found: list[Gap] = []
     for low in range(0, count - 1, step):
         one, rest = parts.between(low, low + step), parts.between(low + 1, count)
-        near = _witnesses(one, rest, reach, tolerance.finest)
+        near = _find_witnesses(one, rest, reach, tolerance.finest)
         pairs = low + np.argwhere(later[low : low + step, low:])
         number = np.zeros((count, count), dtype=np.intp)
         number[pairs[:, 0], pairs[:, 1]] = np.arange(len(pairs))
         pair = number[np.minimum(near.one, near.two), np.maximum(near.one, near.two)]
         order = np.lexsort((near.rank, pair))
-        distances = _distances(
+        distances = _average_distances(
             near.take(order), pair[order], noise[pairs[:, 0], pairs[:, 1]], covs, tolerance
         )
         found.extend(
@@ -85,7 +85,7 @@ def _noise(parts: Parts, count: int, tolerance: Tolerance) -> FloatArray:
     return tolerance.within(np.hypot(worst[:, None], worst))
 
 
-def _vertex_distances(parts: Parts, count: int) -> FloatArray:
+def _compute_vertex_distances(parts: Parts, count: int) -> FloatArray:
     """Return the least distances between vertices of the things [i, j]: no two are further
     apart.
     """
@@ -97,24 +97,24 @@ def _vertex_distances(parts: Parts, count: int) -> FloatArray:
     return least
 
 
-def _witnesses(one: Parts, rest: Parts, reach: FloatArray, slack: float) -> Witnesses:
+def _find_witnesses(one: Parts, rest: Parts, reach: FloatArray, slack: float) -> Witnesses:
     """Return all witnesses within reach of a thing and others; the nearest of each pair is among
     them.
     """
     return joined(
         [
-            to_sides(one, rest, reach, slack),
-            to_sides(rest, one, reach.T, slack),
+            find_nearest_on_sides(one, rest, reach, slack),
+            find_nearest_on_sides(rest, one, reach.T, slack),
             passing(one, rest, reach, slack),
-            over_faces(one, rest, reach, slack),
-            over_faces(rest, one, reach.T, slack),
-            through_faces(one, rest, reach, slack),
-            through_faces(rest, one, reach.T, slack),
+            find_feet_on_faces(one, rest, reach, slack),
+            find_feet_on_faces(rest, one, reach.T, slack),
+            find_crossed_faces(one, rest, reach, slack),
+            find_crossed_faces(rest, one, reach.T, slack),
         ]
     )
 
 
-def _distances(
+def _average_distances(
     found: Witnesses, pair: Indices, noise: FloatArray, covs: FloatArray, tolerance: Tolerance
 ) -> list[Estimate]:
     """Return the distance of each pair of things: `noise` (p,) is theirs, `pair` (c,) says whose is
@@ -136,7 +136,7 @@ def _distances(
     values = np.where(touching, 0.0, np.bincount(pair, found.far, minlength=count) * share)
     free = ~touching[pair]
     slopes = (share[pair, None] * found.weights)[:, :, None] * along[:, None]
-    variances = _summed(found.vertices[free], slopes[free], pair[free], covs, count)
+    variances = _sum_variances(found.vertices[free], slopes[free], pair[free], covs, count)
     # Where things touch there is no one direction: the mean of what each place says.
     at_contact = np.bincount(pair, _sds(found, along, covs) ** 2, minlength=count) * share
     sds = np.sqrt(np.where(touching, at_contact, np.maximum(variances, 0.0)))
@@ -203,7 +203,7 @@ def _sds(found: Witnesses, along: FloatArray, covs: FloatArray) -> FloatArray:
     return np.sqrt(np.maximum(variances, 0.0))
 
 
-def _summed(
+def _sum_variances(
     vertices: Indices, slopes: FloatArray, pair: Indices, covs: FloatArray, count: int
 ) -> FloatArray:
     """Return variances (p,) of sums over a pair's witnesses, with slopes (c, k, 3) at vertices (c,

@@ -57,7 +57,7 @@ def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
     return curved / (curved + float(sum(areas[list(thing.faces)].tolist())))
 
 
-def filled_spaces(
+def compute_filled_spaces(
     scenes: Sequence[Scene],
     table: FaceTable,
     edges: Indices,
@@ -75,7 +75,7 @@ def filled_spaces(
             continue
         scene = scenes[thing.scene]
         places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
-        outer = _down_to(table.points[vertices], scene.up, float(floors[index]))
+        outer = _extend_to_floor(table.points[vertices], scene.up, float(floors[index]))
         surface = _surface(scene, table, thing, table.points[edges[list(thing.edges)]], outer)
         measured = _Measured(scene, surface, places)
         filled = measured.lying() if scene.up is None else measured.standing(scene.up)
@@ -96,12 +96,12 @@ def _surface(
         np.concatenate([none, *(patch.points for patch in patches)]),
         np.concatenate([none, *(patch.normals for patch in patches)]),
         lines,
-        _corner_sd(table, own),
+        _compute_corner_sd(table, own),
         thing.whole,
     )
 
 
-def _down_to(points: FloatArray, up: FloatArray | None, floor: float) -> FloatArray:
+def _extend_to_floor(points: FloatArray, up: FloatArray | None, floor: float) -> FloatArray:
     """Return points (n, 3) of a thing, and one on the floor where that is lower by a cell of its
     space.
     """
@@ -115,7 +115,7 @@ def _down_to(points: FloatArray, up: FloatArray | None, floor: float) -> FloatAr
     return np.concatenate([points, points[None, lowest] + (floor - heights[lowest]) * up])
 
 
-def _corner_sd(table: FaceTable, faces: tuple[FlatFace, ...]) -> float:
+def _compute_corner_sd(table: FaceTable, faces: tuple[FlatFace, ...]) -> float:
     """Return the median sd of the faces' corners, along an axis; 0 without faces."""
     corners = sorted({i for face in faces for i in face.members})
     if not corners:

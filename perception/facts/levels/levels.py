@@ -105,12 +105,12 @@ class Slab:
 
     def plan(self, grid: Grid) -> _Plan:
         """Return the plan (nx, ny) of all that faces up in it."""
-        return closed(_any(grid.upper[:, :, self.low : self.high])) & grid.footprint
+        return closed(_project_cells(grid.upper[:, :, self.low : self.high])) & grid.footprint
 
     def tall(self, grid: Grid) -> _Plan:
         """Return the plan (nx, ny) of all that rises high above it."""
         begin = self.high + max(1, int(ABOVE_ARMS * (grid.solid.shape[2] - self.high)))
-        return _any(grid.solid[:, :, begin:])
+        return _project_cells(grid.solid[:, :, begin:])
 
 
 def level_at(space: Space, height: float) -> Level | None:
@@ -125,7 +125,7 @@ def level_at(space: Space, height: float) -> Level | None:
         return None
     # unseen space may be more of the level, or of the plan round it
     wide = plan if most is least else slab.plan(most) | plan
-    side, rounding = _share_sd(plan), ROUNDING * least.cell
+    side, rounding = _compute_share_sd(plan), ROUNDING * least.cell
     cover = (
         taken / int((footprint | most.footprint).sum()),
         int(wide.sum()) / int((footprint | wide).sum()),
@@ -147,7 +147,9 @@ def level_at(space: Space, height: float) -> Level | None:
     }
     tall = slab.tall(least)
     if tall.any():  # unseen space does not rise
-        rise = zip(("rise_side", "rise_off_middle", "rise_span"), _rise(plan, tall), strict=True)
+        rise = zip(
+            ("rise_side", "rise_off_middle", "rise_span"), _measure_rise(plan, tall), strict=True
+        )
         found |= {name: Bounded.sure(Estimate(each, 2.0 * side)) for name, each in rise}
     return Level(found, front if front == other_front else None)
 
@@ -155,12 +157,12 @@ def level_at(space: Space, height: float) -> Level | None:
 def _readings(grid: Grid, plan: _Plan, slab: Slab) -> tuple[dict[str, Estimate], int | None]:
     """Return what lies over and under a level, by the names of facts, and the axis of its front."""
     taken = int(plan.sum())
-    side, depth = _share_sd(plan), ROUNDING / max(slab.layer, 1)
-    built_over = float((_any(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
+    side, depth = _compute_share_sd(plan), ROUNDING / max(slab.layer, 1)
+    built_over = float((_project_cells(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
     below = max(1, int(0.9 * slab.low))
-    across, through = sorted(_see_through(grid, plan, below))
-    sides = closed_sides(plan, slab.tall(grid))
-    back = closed_at_back(sides)
+    across, through = sorted(_measure_see_through(grid, plan, below))
+    sides = measure_closed_sides(plan, slab.tall(grid))
+    back = find_back(sides)
     extents = _extents(plan)[1]
     rim = ROUNDING / float(np.sqrt(max(extents)))
     # the first two sides lie at the ends of the first axis
@@ -175,7 +177,7 @@ def _readings(grid: Grid, plan: _Plan, slab: Slab) -> tuple[dict[str, Estimate],
     found = {
         "built_over": Estimate(built_over, side),
         "room_below": Estimate(_room(free[:, ::-1]) * grid.cell, rounding),
-        "room_width": Estimate(_room_width(grid, plan, below) * grid.cell, 2.0 * rounding),
+        "room_width": Estimate(_measure_room_width(grid, plan, below) * grid.cell, 2.0 * rounding),
         "room_above": Estimate(_room(above) * grid.cell, rounding),
         "free_below": Estimate(float(free.mean()), seen_sd),
         "see_through": Estimate(through, seen_sd),
@@ -222,7 +224,7 @@ def _count_shelves(upper: NDArray[np.bool_]) -> int:
     return found
 
 
-def closed_sides(plan: _Plan, tall: _Plan) -> tuple[float, float, float, float]:
+def measure_closed_sides(plan: _Plan, tall: _Plan) -> tuple[float, float, float, float]:
     """Return the share of each side's length of a level above whose rim something is `tall`.
 
     `plan` (nx, ny) is that of the level, `tall` (nx, ny) of all high above it. Opposite sides
@@ -230,7 +232,7 @@ def closed_sides(plan: _Plan, tall: _Plan) -> tuple[float, float, float, float]:
 
     >>> seat = np.ones((10, 10), dtype=bool)
     >>> back = seat & (np.arange(10) == 9) & (np.arange(10) < 8)[:, None]
-    >>> closed_sides(seat, back)
+    >>> measure_closed_sides(seat, back)
     (0.1, 0.1, 0.0, 0.8)
     """
     found = []
@@ -246,7 +248,7 @@ def closed_sides(plan: _Plan, tall: _Plan) -> tuple[float, float, float, float]:
     return one, two, three, four
 
 
-def closed_at_back(sides: tuple[float, float, float, float]) -> int:
+def find_back(sides: tuple[float, float, float, float]) -> int:
     """Return the side that is closed most over its opposite: where a back is, if anywhere."""
     return max(range(4), key=lambda side: sides[side] - sides[side ^ 1])
 
@@ -284,7 +286,7 @@ def hollow(grid: Grid, *, on_ground: bool) -> float:
     return max(found)
 
 
-def _any(cells: _Plan) -> _Plan:
+def _project_cells(cells: _Plan) -> _Plan:
     """Return the columns (nx, ny) of cells (nx, ny, nz) that hold something."""
     return np.asarray(cells.any(axis=2))
 
@@ -324,17 +326,17 @@ def _room(free: _Plan) -> float:
     return float((ends - begins).sum() / count)
 
 
-def _longest_run(places: NDArray[np.bool_]) -> int:
+def _find_longest_run(places: NDArray[np.bool_]) -> int:
     """Return the length of the longest run of places (n,) that hold.
 
-    >>> _longest_run(np.array([True, False, True, True]))
+    >>> _find_longest_run(np.array([True, False, True, True]))
     2
     """
     ends = np.flatnonzero(~np.concatenate([[False], places, [False]]))
     return int(np.diff(ends).max()) - 1
 
 
-def _room_width(grid: Grid, plan: _Plan, below: int) -> int:
+def _measure_room_width(grid: Grid, plan: _Plan, below: int) -> int:
     """Return the width of the widest room beneath a level's plan, in cells."""
     rows, columns = (np.flatnonzero(plan.any(axis=axis)) for axis in (1, 0))
     solid = grid.solid[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :below]
@@ -344,11 +346,11 @@ def _room_width(grid: Grid, plan: _Plan, below: int) -> int:
         depth = max(1, round(ROOM_DEPTH * across.shape[1]))
         for half in (across[:, :depth], across[:, -depth:]):
             each_layer = half.mean(axis=1) >= ROOM_SHARE
-            widest = max(widest, _longest_run(each_layer.all(axis=1)))
+            widest = max(widest, _find_longest_run(each_layer.all(axis=1)))
     return widest
 
 
-def _see_through(grid: Grid, plan: _Plan, below: int) -> tuple[float, float]:
+def _measure_see_through(grid: Grid, plan: _Plan, below: int) -> tuple[float, float]:
     """Return the shares of the space beneath that one sees through along either axis."""
     within = grid.solid[:, :, :below] & plan[:, :, None]
     rows, columns = np.flatnonzero(plan.any(axis=1)), np.flatnonzero(plan.any(axis=0))
@@ -367,7 +369,7 @@ def _extents(plan: _Plan) -> tuple[list[float], list[float]]:
     return middles, extents
 
 
-def _rise(plan: _Plan, tall: _Plan) -> tuple[float, float, float]:
+def _measure_rise(plan: _Plan, tall: _Plan) -> tuple[float, float, float]:
     """Return `rise_side`, `rise_off_middle` and `rise_span` of what is `tall` on a level's plan."""
     middles, extents = _extents(plan)
     where = np.argwhere(tall).mean(axis=0)
@@ -378,6 +380,6 @@ def _rise(plan: _Plan, tall: _Plan) -> tuple[float, float, float]:
     return float(offsets[first]), float(offsets[1 - first]), float(min(span, 1.0))
 
 
-def _share_sd(plan: _Plan) -> float:
+def _compute_share_sd(plan: _Plan) -> float:
     """Return the sd of a share of a plan: a cell at its rim."""
     return ROUNDING / float(np.sqrt(plan.sum()))

@@ -2,11 +2,11 @@
 
 from functools import partial
 
-from facetlog.perception.facts.fact_kinds import FactKind, Solutions, fact_kind
+from facetlog.perception.facts.fact_kinds import FactKind, Solutions, parse_fact_kind
 
 _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
-_kind = partial(fact_kind, on_demand=True)
+_kind = partial(parse_fact_kind, on_demand=True)
 
 _PIECES: tuple[FactKind, ...] = (
     _kind("piece +P:piece", _ONE, "a solid part of an object: a board, bar or block"),

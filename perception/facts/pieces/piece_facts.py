@@ -15,8 +15,8 @@ from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     heights,
-    known_of_two,
-    known_overlaps,
+    iter_known_overlaps,
+    iter_known_relations,
 )
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
@@ -24,7 +24,7 @@ from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.space.grid import ROUNDING
-from facetlog.perception.space.openings import Opening, find_openings, room_for_openings
+from facetlog.perception.space.openings import Opening, find_openings, has_room_for_openings
 from facetlog.perception.space.space import Space
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.types import FloatArray
@@ -40,9 +40,9 @@ BESIDE = 0.1
 Row = tuple[str, tuple[str | float, ...]]
 
 
-def openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ...]:
+def find_openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ...]:
     """Return the openings of a thing, in the space whose box fits it best."""
-    space, on_ground = _where_they_fit(filled, up)
+    space, on_ground = _choose_opening_space(filled, up)
     return find_openings(space, on_ground=on_ground)
 
 
@@ -50,16 +50,16 @@ def openings_known(filled: FilledSpace, up: FloatArray | None, openings: Sequenc
     """Return whether a thing can have no openings but these, wherever it may stand if up is not
     known.
     """
-    space, on_ground = _where_they_fit(filled, up)
+    space, on_ground = _choose_opening_space(filled, up)
     stands = None if up is None else on_ground
-    return not room_for_openings(space, openings, on_ground=stands)
+    return not has_room_for_openings(space, openings, on_ground=stands)
 
 
-def _where_they_fit(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, bool]:
+def _choose_opening_space(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, bool]:
     return filled.tipped or filled.space, up is not None and filled.tipped is None
 
 
-def opening_rows(
+def iter_opening_facts(
     name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None, face_names: Names
 ) -> Iterator[Row]:
     """Yield functors and arguments of the facts about one opening; `face_names` (f,) are of all
@@ -99,7 +99,9 @@ def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
     return around >= 1.0 - BESIDE and taken <= BESIDE
 
 
-def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -> Iterator[Row]:
+def iter_rim_facts(
+    name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]
+) -> Iterator[Row]:
     """Yield functors and arguments of what pieces, by their names, are along an opening's rim.
 
     Each place of the rim is of the nearest piece; all of it may be of one, which has a hole.
@@ -107,7 +109,7 @@ def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -
     if not pieces:
         return
     places = opening.places(opening.rim)
-    away = np.array([_outside(piece, places) for _, piece in pieces])
+    away = np.array([_measure_outside(piece, places) for _, piece in pieces])
     shares = np.bincount(away.argmin(axis=0), minlength=len(pieces)) / len(places)
     for (piece, _), share in zip(pieces, shares.tolist(), strict=True):
         if share >= FRAMES:
@@ -116,7 +118,7 @@ def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -
             yield "opening_in", (name, piece)
 
 
-def _outside(piece: Piece, places: FloatArray) -> FloatArray:
+def _measure_outside(piece: Piece, places: FloatArray) -> FloatArray:
     """Return how far places (m, 3) lie outside of a piece's box (m,)."""
     half = np.array([piece.length.value, piece.width.value, piece.thickness.value]) / 2.0
     beyond = np.abs((places - piece.middle) @ piece.axes.T) - half
@@ -207,7 +209,7 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
         return
     with_openings = any(rows.wants(kind.functor) for kind in OPENING_KINDS)
     holes = [0] * len(s.scenes)
-    for scene, found in _all_found(s):
+    for scene, found in _iter_found_pieces(s):
         for functor, each in found.facts(s.face_names):
             rows.add_rows(functor, scene, [each])
         if rows.wants("piece_angle"):
@@ -216,20 +218,20 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
             rows.add_rows("piece_overlap", scene, found.overlaps())
         if not with_openings:
             continue
-        openings = openings_of(found.filled, found.up)
+        openings = find_openings_of(found.filled, found.up)
         named = [(f"o{holes[scene] + i}", each) for i, each in enumerate(openings, start=1)]
         holes[scene] += len(named)
         for functor, each in found.openings(named, s.face_names):
             rows.add_rows(functor, scene, [each])
         if rows.wants("inside") or rows.wants("beside"):
-            for functor, all_ in found.of_two(named).items():
+            for functor, all_ in found.relate_solids(named).items():
                 rows.add_rows(functor, scene, all_)
 
 
 def shown_pieces(scene: Scene) -> ShownPieces:
     """Return the pieces of a scene by the names that facts have, to be drawn."""
     memo = SceneMemo.of(scene)
-    found = [each for _, each in _all_found(memo)]
+    found = [each for _, each in _iter_found_pieces(memo)]
     return ShownPieces(
         tuple(
             ShownPiece(name, piece, not _is_measured(piece, each.measured))
@@ -271,7 +273,7 @@ class _Found:
                 if low < lattice.cell:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
-            for measure, if_free, if_full in self._hidden_extents(piece, box):
+            for measure, if_free, if_full in self._iter_hidden_extents(piece, box):
                 yield "piece_unseen", (name, measure, if_free, if_full)
         pairs = [("joins", self.pieces.joins)]
         if self.up is not None:
@@ -290,7 +292,7 @@ class _Found:
         """Yield the arguments of the facts about which share of each two pieces' plans is the
         other's.
         """
-        for one, other, share, sd in known_overlaps(self._boxes, self.up):
+        for one, other, share, sd in iter_known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
 
     @cached_property
@@ -306,17 +308,19 @@ class _Found:
         pieces = list(zip(self.names, self.pieces.pieces, strict=True))
         for name, opening in named:
             yield "opening_of", (name, self.thing)
-            yield from opening_rows(name, opening, self.filled, self.up, face_names)
-            yield from rim_rows(name, opening, pieces)
+            yield from iter_opening_facts(name, opening, self.filled, self.up, face_names)
+            yield from iter_rim_facts(name, opening, pieces)
         if openings_known(self.filled, self.up, [opening for _, opening in named]):
             yield "openings_known", (self.thing,)
 
-    def of_two(self, named: Sequence[tuple[str, Opening]]) -> dict[str, list[tuple[str, str, str]]]:
+    def relate_solids(
+        self, named: Sequence[tuple[str, Opening]]
+    ) -> dict[str, list[tuple[str, str, str]]]:
         """Return the arguments of the facts `inside` and `beside`, by functor."""
         boxes = [*self._boxes, *(SolidBox.of_opening(opening) for _, opening in named)]
         every = [*self.names, *(name for name, _ in named)]
         found: dict[str, list[tuple[str, str, str]]] = {}
-        for relation, one, other, so in known_of_two(boxes, self.up):
+        for relation, one, other, so in iter_known_relations(boxes, self.up):
             known = "yes" if so else "no"
             found.setdefault(relation, []).append((every[one], every[other], known))
         return found
@@ -328,7 +332,9 @@ class _Found:
         ground = float(self.filled.space.corner[2])
         return max(0.0, piece.low - ground), piece.high - ground
 
-    def _hidden_extents(self, piece: Piece, box: SolidBox) -> Iterator[tuple[str, float, float]]:
+    def _iter_hidden_extents(
+        self, piece: Piece, box: SolidBox
+    ) -> Iterator[tuple[str, float, float]]:
         """Yield the extents that unseen space may change, as they were seen and if all of it is
         full.
 
@@ -366,7 +372,7 @@ class _Found:
         side = lying(piece, up)
         if abs(float(piece.axes[side] @ up)) < LEVEL_ENOUGH:
             return
-        height = self._upper_side(piece, up, side)
+        height = self._find_upper_side(piece, up, side)
         level = level_at(self.filled.space, height)
         if level is not None:
             for measure, each in level.measures.items():
@@ -380,7 +386,7 @@ class _Found:
             if fewest < most:
                 yield "piece_unseen", (name, "shelves_below", fewest, most)
 
-    def _upper_side(self, piece: Piece, up: FloatArray, side: int) -> float:
+    def _find_upper_side(self, piece: Piece, up: FloatArray, side: int) -> float:
         """Return how high the side is that it turns upwards: its largest face there, or what is
         curved halfway between its middle and its highest point, for a hollow seat is below its rim.
         """
@@ -393,7 +399,7 @@ class _Found:
         return float(piece.middle @ up) + half * rise / 2.0
 
 
-def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
+def _iter_found_pieces(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
     """Yield the scene and the pieces of each thing; of a scene they are numbered through."""
     counts = [0] * len(s.scenes)
     faces = (face for scene in s.scenes for face in scene.faces)

@@ -60,7 +60,7 @@ class SolidBox:
         """Return the box of a piece in its thing's space."""
         extents = (piece.length.value, piece.width.value, piece.thickness.value)
         box = cls(piece.middle, piece.axes, np.array(extents) / 2.0, space.cell, np.zeros((3, 2)))
-        return replace(box, reaches=_unseen_beyond(box, space)) if space.unseen else box
+        return replace(box, reaches=_measure_unseen_beyond(box, space)) if space.unseen else box
 
     @classmethod
     def of_opening(cls, opening: Opening) -> Self:
@@ -85,7 +85,7 @@ class SolidBox:
         return replace(self, middle=middle, half=self.half + (high + low) / 2.0)
 
 
-def _unseen_beyond(box: SolidBox, space: Space) -> FloatArray:
+def _measure_unseen_beyond(box: SolidBox, space: Space) -> FloatArray:
     """Return how far (3, 2) from each side most of what lies right before it is unseen all
     the way.
     """
@@ -121,11 +121,11 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
     low, high = np.array([heights(box, up) for box in boxes]).T
     shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
     abreast: Related = shared >= ABREAST * np.minimum.outer(high - low, high - low)
-    abreast &= plan_overlap(boxes, up, -HALF_CELL) <= OVER
+    abreast &= compute_plan_overlap(boxes, up, -HALF_CELL) <= OVER
     return abreast
 
 
-def plan_overlap(
+def compute_plan_overlap(
     boxes: Sequence[SolidBox], up: FloatArray, ends: float = 0.0, shift: Sequence[float] = (0, 0)
 ) -> FloatArray:
     """Return which share (n, n) of the smaller one's plan along up (3,) lies over or under the
@@ -164,7 +164,7 @@ def _plan(box: SolidBox, up: FloatArray, ends: float) -> FloatArray:
     return plan
 
 
-def known_of_two(
+def iter_known_relations(
     boxes: Sequence[SolidBox], up: FloatArray | None
 ) -> Iterator[tuple[str, int, int, bool]]:
     """Yield the known relations of each two boxes, by indices: `inside` or `beside`, and whether it
@@ -184,7 +184,7 @@ def known_of_two(
                 yield name, one, other, bool(always[one, other])
 
 
-def known_overlaps(
+def iter_known_overlaps(
     boxes: Sequence[SolidBox], up: FloatArray | None
 ) -> Iterator[tuple[int, int, float, float]]:
     """Yield for each two boxes, by their indices, the share of the smaller one's plan that lies
@@ -194,14 +194,14 @@ def known_overlaps(
     if up is None or len(boxes) < 2:
         return
     ways, least, most = _both_ways(boxes)
-    share = plan_overlap(ways, up)
+    share = compute_plan_overlap(ways, up)
     each = [share[np.ix_(one, other)] for one in (least, most) for other in (least, most)]
     found, range_ = each[0], np.ptp(each, axis=0)
     # The ends of either may be anywhere in their cells: those of what is thin move as one.
     both = CELL_SD * np.sqrt(2.0)
     moves = ((both, 0.0), (-both, 0.0), (0.0, both), (0.0, -both))
-    other_ways = [plan_overlap(boxes, up, shift=move) for move in moves]
-    other_ways += [plan_overlap(boxes, up, ends) for ends in (CELL_SD, -CELL_SD)]
+    other_ways = [compute_plan_overlap(boxes, up, shift=move) for move in moves]
+    other_ways += [compute_plan_overlap(boxes, up, ends) for ends in (CELL_SD, -CELL_SD)]
     sd = np.abs(np.array(other_ways) - share[: len(boxes), : len(boxes)]).max(axis=0)
     for one, other in permutations(range(len(boxes)), 2):
         if range_[one, other] <= BEYOND:

@@ -39,10 +39,10 @@ SIDES = (
 
 def advice(pictures: "Sequence[PlacedPicture]") -> tuple[str, ...]:
     """Return what to add to pictures of a mat, a line each; nothing where they suffice."""
-    return tuple(_all_advice(pictures))
+    return tuple(_iter_advice(pictures))
 
 
-def _all_advice(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
+def _iter_advice(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
     missing = ENOUGH_PICTURES - len(pictures)
     if missing > 0:
         yield (
@@ -58,7 +58,7 @@ def _all_advice(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
         yield "too steep: hold the camera lower, so that the thing's sides are seen"
     elif len(heights) > 1 and np.ptp(heights) < LEAST_SPREAD_DEG:
         yield "all from one height: take some from higher up, and some from lower down"
-    yield from _of_each(pictures)
+    yield from _iter_advice_of_pictures(pictures)
 
 
 def _unseen_sides(places: FloatArray) -> Iterator[str]:
@@ -74,11 +74,11 @@ def _unseen_sides(places: FloatArray) -> Iterator[str]:
                 yield SIDES[round(middle / 45.0) % len(SIDES)]
 
 
-def _of_each(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
+def _iter_advice_of_pictures(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
     far = [p for p in pictures if p.picture.seen.square_px < LEAST_SQUARE_PX]
     if 2 * len(far) > len(pictures):
         yield f"too far: in {len(far)} pictures the mat is small; go nearer, or take larger ones"
-    hidden = [p for p in pictures if _share_seen(p) < FEW_CORNERS]
+    hidden = [p for p in pictures if _compute_seen_share(p) < FEW_CORNERS]
     if 2 * len(hidden) > len(pictures):
         yield (
             f"the mat is hidden: in {len(hidden)} pictures little of it is seen; "
@@ -86,6 +86,6 @@ def _of_each(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
         )
 
 
-def _share_seen(picture: "PlacedPicture") -> float:
+def _compute_seen_share(picture: "PlacedPicture") -> float:
     mat = picture.picture.seen.mat
     return len(picture.picture.seen.numbers) / ((mat.columns - 1) * (mat.rows - 1))

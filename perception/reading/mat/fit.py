@@ -135,7 +135,7 @@ def fitted(
     fit = _Fit(pictures, sizes, focals)
     noise, inside = fit.settle(np.full(len(pictures), 1.0))
     if len(pictures) > 1:  # one picture shows it as another focal length
-        fit, noise, inside = _with_stretch(fit, noise, inside)
+        fit, noise, inside = _try_stretch(fit, noise, inside)
     cov = fit.covariance(noise, inside)
     cameras = tuple(fit.camera(c, cov) for c in range(len(sizes)))
     return MatFit(
@@ -146,7 +146,7 @@ def fitted(
     )
 
 
-def _with_stretch(
+def _try_stretch(
     fit: "_Fit", noise: FloatArray, inside: _Inside
 ) -> "tuple[_Fit, FloatArray, _Inside]":
     """Return the fit with the stretch of the print where the corners show one; else as it is."""
@@ -161,7 +161,7 @@ def _with_stretch(
     return fit, noise, inside
 
 
-def _noises(
+def _estimate_noise(
     residuals: Sequence[FloatArray], inside: Sequence[NDArray[np.bool_]], cameras: int
 ) -> FloatArray:
     """Return the standard deviation of each picture's residuals, (V,), px."""
@@ -176,7 +176,7 @@ def _noises(
     return np.asarray(np.sqrt(pooled), dtype=np.float64)
 
 
-def _robust(residuals: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
+def _estimate_robust_noise(residuals: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
     # The median length of a residual of two normal parts is 1.177 of their standard deviation.
     medians = [float(np.median(np.linalg.norm(r, axis=1))) / 1.177 for r in residuals]
     return np.maximum(np.minimum(medians, noise), 1e-3)
@@ -238,10 +238,10 @@ class _Fit:
         for _ in range(NOISE_ROUNDS):
             self.refine(noise, inside)
             residuals = self.residuals()
-            noise = _noises(residuals, inside, len(self.cameras))
+            noise = _estimate_noise(residuals, inside, len(self.cameras))
             inside = [
                 np.linalg.norm(r, axis=1) < OUTLIER_SDS * sd
-                for r, sd in zip(residuals, _robust(residuals, noise), strict=True)
+                for r, sd in zip(residuals, _estimate_robust_noise(residuals, noise), strict=True)
             ]
         return noise, inside
 
@@ -296,13 +296,13 @@ class _Fit:
     def pose(
         self, k: int, cov: FloatArray, noise_px: float, inliers: NDArray[np.bool_]
     ) -> FittedPose:
-        start = self._first_of(k)
+        start = self._get_first_parameter(k)
         own = slice(start, start + OF_POSE)
         return FittedPose(
             Pose(self.rotations[k], self.centres[k]), cov[own, own], noise_px, inliers
         )
 
-    def _first_of(self, k: int) -> int:
+    def _get_first_parameter(self, k: int) -> int:
         """Return the index of a picture's first parameter."""
         return self.cameras.size + OF_PICTURE * k
 
@@ -345,7 +345,7 @@ class _Fit:
             r = ((pixels - picture.pixels)[use] / noise[k]).ravel()
             J = J[use].reshape(len(r), -1) / noise[k]
             first = OF_CAMERA * picture.camera
-            second = self._first_of(k)
+            second = self._get_first_parameter(k)
             own = np.r_[first : first + OF_CAMERA, second : second + OF_PICTURE, len(off) - 1]
             hessian[np.ix_(own, own)] += J.T @ J
             slope[own] += J.T @ r
@@ -354,7 +354,7 @@ class _Fit:
 
     def _from_prior(self) -> tuple[FloatArray, FloatArray]:
         """Return how far all parameters are off their prior, and its standard deviations."""
-        count, size = self.cameras.size, self._first_of(len(self.pictures)) + 1
+        count, size = self.cameras.size, self._get_first_parameter(len(self.pictures)) + 1
         off, sd = np.zeros(size), np.full(size, np.inf)
         off[:count], sd[:count] = (self.cameras - self.prior).ravel(), self.prior_sd.ravel()
         off[count:-1].reshape(-1, OF_PICTURE)[:, OF_POSE:] = self.rolling

@@ -33,11 +33,11 @@ from facetlog.perception.reading.mat.sightings import (
 )
 from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
-from facetlog.perception.reading.shots import Shot, shots_in
+from facetlog.perception.reading.shots import Shot, list_shots
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrorKind
 
-__all__ = ["MatPicture", "MatSet", "NoMatError", "PlacedPicture", "mat_pictures", "read_mat"]
+__all__ = ["MatPicture", "MatSet", "NoMatError", "PlacedPicture", "find_mat_pictures", "read_mat"]
 
 MOST_BLUR_PX = 2.0
 """Standard deviation, in pictures at the size at which edges are found in them: lines nearer than
@@ -127,13 +127,13 @@ class MatSet:
         return float(np.median([each.placed.noise_px for each in self.pictures]))
 
 
-def mat_pictures(folder: Path, square: float | None = None) -> MatSet:
+def find_mat_pictures(folder: Path, square: float | None = None) -> MatSet:
     """Find the pictures that show the mat, with cameras and poses, and those that are left out.
 
     `square` is the side of a square as printed, in metres, where it is not as it should be.
     NoMatError where no picture shows a mat, InputError where they show two, or none as it is.
     """
-    shots = shots_in(folder)
+    shots = list_shots(folder)
     if not shots:
         raise InputError(f"{folder} holds no pictures: add 12 to 30 of a thing on a printed mat")
     seen, left_out, why_not = _seen(shots)
@@ -152,7 +152,7 @@ def mat_pictures(folder: Path, square: float | None = None) -> MatSet:
         raise InputError(f"{folder} shows two mats, {names}: give each its own folder")
     (mat,) = mats
     side = mat.square_mm / 1000 if square is None else square
-    groups, fit = _grouped(seen, side)
+    groups, fit = _group_by_camera(seen, side)
     unsure = [p for p in seen if groups[p] is None]
     left_out += [_left_out(p.shot, UNSURE_ZOOM) for p in unsure]
     found = _placed([p for p in seen if p not in unsure], groups, fit)
@@ -174,7 +174,7 @@ def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
     deviation the print's scale is known as well as its bar, or as much of the board, tells by a
     ruler. NoMatError where no picture shows a mat, InputError where they show two.
     """
-    found = mat_pictures(folder, None if square is None else square.metres)
+    found = find_mat_pictures(folder, None if square is None else square.metres)
     scale_sd = RULER_SD_MM / BAR_MM
     if square is not None and square.sd is not None:
         scale_sd = square.sd / square.metres
@@ -241,22 +241,24 @@ class _Kind:
     zoom: int = 0
 
 
-def _grouped(seen: Sequence[MatPicture], square: float) -> tuple[_Groups, MatFit]:
+def _group_by_camera(seen: Sequence[MatPicture], square: float) -> tuple[_Groups, MatFit]:
     """Group the pictures by what took them, and fit them: a camera for each size and lens, or for
     each zoom where that is the more probable.
     """
     plain: _Groups = {p: _Kind(p.size, p.taken_with) for p in seen}
     fit = _fitted(seen, plain, square)
-    zoomed = _by_zoom(seen, plain, square, 0.0)
-    by_zoom = _more_probable(seen, plain, fit, zoomed, square)
+    zoomed = _group_by_zoom(seen, plain, square, 0.0)
+    by_zoom = _choose_more_probable(seen, plain, fit, zoomed, square)
     if by_zoom is not None and by_zoom.stretch:
         # A stretched print makes focal lengths of single pictures differ, too.
-        zoomed = _by_zoom(seen, plain, square, by_zoom.stretch)
-        by_zoom = _more_probable(seen, plain, fit, zoomed, square)
+        zoomed = _group_by_zoom(seen, plain, square, by_zoom.stretch)
+        by_zoom = _choose_more_probable(seen, plain, fit, zoomed, square)
     return (plain, fit) if by_zoom is None else (zoomed, by_zoom)
 
 
-def _by_zoom(seen: Sequence[MatPicture], plain: _Groups, square: float, stretch: float) -> _Groups:
+def _group_by_zoom(
+    seen: Sequence[MatPicture], plain: _Groups, square: float, stretch: float
+) -> _Groups:
     """Group the pictures by what took them and at which zoom, seen on a mat of this stretch."""
     zoomed: _Groups = dict(plain)
     for kind in dict.fromkeys(plain.values()):
@@ -265,13 +267,13 @@ def _by_zoom(seen: Sequence[MatPicture], plain: _Groups, square: float, stretch:
             corners = [_corners(p, 0, square) for p in own]
             longer = np.array([1.0, np.exp(stretch), 1.0])
             corners = [replace(each, points=each.points * longer) for each in corners]
-            zooms = _find_zooms(corners, kind.size, kind.taken_with.focal_px(*kind.size))
+            zooms = _find_zooms(corners, kind.size, kind.taken_with.compute_focal_px(*kind.size))
             for picture, zoom in zip(own, zooms.tolist(), strict=True):
                 zoomed[picture] = None if zoom == AMBIGUOUS else replace(kind, zoom=zoom)
     return zoomed
 
 
-def _more_probable(
+def _choose_more_probable(
     seen: Sequence[MatPicture], plain: _Groups, fit: MatFit, zoomed: _Groups, square: float
 ) -> MatFit | None:
     """Return the fit by zoom, where that is the more probable; else None."""
@@ -302,7 +304,7 @@ def _fitted(pictures: Sequence[MatPicture], groups: _Groups, square: float) -> M
     corners = [
         _corners(p, kinds.index(kind), square) for p in pictures if (kind := groups[p]) is not None
     ]
-    focals = [kind.taken_with.focal_px(*kind.size) for kind in kinds]
+    focals = [kind.taken_with.compute_focal_px(*kind.size) for kind in kinds]
     return fitted(corners, [kind.size for kind in kinds], focals)
 
 
@@ -342,10 +344,10 @@ def _faults(
             "away than across: allowed for, and lengths go by its bar, which lies across; "
             'print it at 100 % (not "fit to page"), or measure the bar'
         )
-    yield from _zoom_faults(found, groups)
+    yield from _iter_zoom_faults(found, groups)
 
 
-def _zoom_faults(found: Sequence[PlacedPicture], groups: _Groups) -> Iterator[str]:
+def _iter_zoom_faults(found: Sequence[PlacedPicture], groups: _Groups) -> Iterator[str]:
     of_kind: dict[_Kind, list[PlacedPicture]] = {}
     for each in found:
         if (kind := groups[each.picture]) is not None:

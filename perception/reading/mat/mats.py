@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BAR_MM", "DICTIONARY", "MATS", "Mat", "dictionary", "mat_named", "mat_of_marker"]
+__all__ = ["BAR_MM", "DICTIONARY", "MATS", "Mat", "dictionary", "find_mat", "find_mat_of_marker"]
 
 DICTIONARY = "DICT_4X4_250"
 BAR_MM = 100.0
@@ -67,7 +67,7 @@ class Mat:
         y = (self.rows / 2 - (row + 1)) * square
         return np.column_stack([x, y, np.zeros_like(x)])
 
-    def marker_corners(self, number: int) -> FloatArray:
+    def compute_marker_corners(self, number: int) -> FloatArray:
         """Return the corners of a marker in the mat's frame, in squares (4, 2), clockwise as
         printed.
         """
@@ -105,12 +105,12 @@ MATS = (
 )
 
 
-def mat_named(paper: str) -> Mat | None:
+def find_mat(paper: str) -> Mat | None:
     """Return the mat on that paper, in any case of letters; None if there is none."""
     return next((mat for mat in MATS if mat.paper.lower() == paper.lower()), None)
 
 
-def mat_of_marker(number: int) -> Mat | None:
+def find_mat_of_marker(number: int) -> Mat | None:
     """Return the mat that has this marker; None if none has."""
     return next((mat for mat in MATS if number in mat.markers), None)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.mat.mats import Mat, dictionary, mat_of_marker
+from facetlog.perception.reading.mat.mats import Mat, dictionary, find_mat_of_marker
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["LEAST_CORNERS", "MirroredError", "OtherBoardError", "Sighting", "sighting"]
@@ -71,12 +71,12 @@ def sighting(image: Image) -> Sighting | None:
     than on the mat, MirroredError where they are so in a mirror.
     """
     markers, ids = _read_markers(image)
-    of_mats = Counter(mat for n in set(ids) if (mat := mat_of_marker(n)) is not None)
+    of_mats = Counter(mat for n in set(ids) if (mat := find_mat_of_marker(n)) is not None)
     seen = [mat for mat, count in of_mats.items() if count >= LEAST_MARKERS]
     if not seen:
-        _check_mirror(_reduced(image), None)
+        _check_mirror(_reduce_size(image), None)
         return None
-    twice = Counter(mat_of_marker(n) for n, count in Counter(ids).items() if count > 1)
+    twice = Counter(find_mat_of_marker(n) for n, count in Counter(ids).items() if count > 1)
     for mat in seen:
         if twice[mat] >= LEAST_MARKERS:
             raise InputError(f"two mats {mat.paper} are seen")
@@ -84,7 +84,7 @@ def sighting(image: Image) -> Sighting | None:
     if not laid_out:
         for mat in seen:
             _check_mirror(image, mat)
-        raise OtherBoardError(_other_board(seen))
+        raise OtherBoardError(_describe_other_board(seen))
     if len(laid_out) > 1:
         raise InputError(f"two mats are seen, {' and '.join(sorted(m.paper for m in laid_out))}")
     (mat,) = laid_out
@@ -95,11 +95,11 @@ def sighting(image: Image) -> Sighting | None:
     numbers, pixels = _find_corners(image, mat, markers, ids)
     if len(numbers) < LEAST_CORNERS:
         return None
-    blur_px, square_px = _sharpness(image, mat, numbers, pixels)
-    excess_px = _excess_of_sides(mat, markers, ids, numbers, pixels)
+    blur_px, square_px = _measure_sharpness(image, mat, numbers, pixels)
+    excess_px = _measure_side_excess(mat, markers, ids, numbers, pixels)
     shortest_px = -SHORTER_PX - SHORTER_BY_BLUR * blur_px
     if excess_px is not None and not shortest_px <= excess_px <= LONGEST_SIDE_PX:
-        raise OtherBoardError(_other_board([mat]))
+        raise OtherBoardError(_describe_other_board([mat]))
     return Sighting(mat, numbers, pixels, blur_px, square_px)
 
 
@@ -108,7 +108,7 @@ def _read_markers(image: Image) -> tuple[list[_Marker], list[int]]:
     return list(corners), [] if found is None else [int(n) for n in np.ravel(found)]
 
 
-def _other_board(mats: Sequence[Mat]) -> str:
+def _describe_other_board(mats: Sequence[Mat]) -> str:
     names = " or ".join(mat.name for mat in mats)
     return (
         f"shows another board than facetlog's {names}, with markers of other places or sizes: "
@@ -131,7 +131,7 @@ def _agreeing(mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]) -> NDArr
     them.
     """
     pixels = np.concatenate([np.reshape(marker, (4, 2)) for marker in markers]).astype(np.float64)
-    flat = np.concatenate([mat.marker_corners(n) for n in ids])
+    flat = np.concatenate([mat.compute_marker_corners(n) for n in ids])
     _, inliers = cv2.findHomography(pixels, flat, cv2.RANSAC, MISREAD_SQUARES)
     if inliers is None:  # where all lie on one line
         return np.zeros(len(ids), dtype=np.bool_)  # type: ignore[unreachable] # the stubs: never
@@ -141,7 +141,7 @@ def _agreeing(mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]) -> NDArr
 def _check_mirror(image: Image, mat: Mat | None) -> None:
     """Raise MirroredError if the picture in a mirror shows this mat, or any."""
     markers, ids = _read_markers(np.ascontiguousarray(image[:, ::-1]))
-    mats = {found for n in ids if (found := mat_of_marker(n)) is not None}
+    mats = {found for n in ids if (found := find_mat_of_marker(n)) is not None}
     if any(_is_laid_out(each, markers, ids) for each in mats if mat in (None, each)):
         raise MirroredError(
             "is mirrored: switch the camera's mirroring off (selfie cameras have it), or mirror "
@@ -149,7 +149,7 @@ def _check_mirror(image: Image, mat: Mat | None) -> None:
         )
 
 
-def _reduced(image: Image) -> Image:
+def _reduce_size(image: Image) -> Image:
     share = MIRRORED_DIAGONAL_PX / float(np.hypot(*image.shape))
     if share >= 1.0:
         return image
@@ -175,7 +175,7 @@ def _find_corners(
     return numbers, np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
 
 
-def _excess_of_sides(
+def _measure_side_excess(
     mat: Mat,
     markers: Sequence[_Marker],
     ids: Sequence[int],
@@ -189,7 +189,7 @@ def _excess_of_sides(
     flat = {int(n): p for n, p in zip(numbers, mat.corners(numbers, 1.0)[:, :2], strict=True)}
     found = []
     for marker, n in zip(markers, ids, strict=True):
-        middle = mat.marker_corners(n).mean(axis=0)
+        middle = mat.compute_marker_corners(n).mean(axis=0)
         of_square = [k for k, p in flat.items() if np.abs(p - middle).max() < 0.75]
         if len(of_square) < 4:
             continue
@@ -198,19 +198,19 @@ def _excess_of_sides(
             np.array([flat[k] for k in of_square], dtype=np.float32),
         )
         read = np.asarray(marker, dtype=np.float32).reshape(1, 4, 2)
-        side = _mean_side(cv2.perspectiveTransform(read, to_flat)[0])
-        square_px = _mean_side(np.reshape(marker, (4, 2))) / side
+        side = _compute_mean_side(cv2.perspectiveTransform(read, to_flat)[0])
+        square_px = _compute_mean_side(np.reshape(marker, (4, 2))) / side
         found.append((side - mat.marker_mm / mat.square_mm) * square_px)
     return float(np.median(found)) if found else None
 
 
-def _mean_side(corners: cv2.typing.MatLike) -> float:
+def _compute_mean_side(corners: cv2.typing.MatLike) -> float:
     """Return the mean side of a quadrangle (4, 2)."""
     sides = np.asarray(corners, dtype=np.float64) - np.roll(corners, 1, axis=0)
     return float(np.linalg.norm(sides, axis=1).mean())
 
 
-def _sharpness(
+def _measure_sharpness(
     image: Image, mat: Mat, numbers: NDArray[np.intp], pixels: FloatArray
 ) -> tuple[float, float]:
     """Return the blur of the edges between neighbouring corners in the worse of both directions,
@@ -246,10 +246,10 @@ def _blur(image: Image, ends: FloatArray) -> float:
         return float("nan")
     rim = RIM_SQUARES * np.linalg.norm(along, axis=1)[usable]
     widths = np.ptp(profiles, axis=1)[usable] / slope[usable] / rim
-    return float(np.median(rim * np.interp(widths, _widths_of_rims(BLURS), BLURS)))
+    return float(np.median(rim * np.interp(widths, _compute_rim_widths(BLURS), BLURS)))
 
 
-def _widths_of_rims(sds: FloatArray) -> FloatArray:
+def _compute_rim_widths(sds: FloatArray) -> FloatArray:
     """Return contrast over slope of a white rim of width 1 beside black, blurred by Gaussians (n,).
 
     Blurred, the rim has the contrast 2 Φ(1 / 2 sd) - 1 in its middle, and at its edge the slope

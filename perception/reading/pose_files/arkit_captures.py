@@ -23,18 +23,22 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.file_values import (
     OPENCV_FROM_OPENGL,
+    convert_quaternion,
     follow_keys,
     make_pose,
     parse_finite,
-    quaternion_matrix,
     read_json,
 )
-from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader, with_unit
+from facetlog.perception.reading.pose_files.pose_reader import (
+    PoseOptions,
+    PoseReader,
+    format_with_unit,
+)
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
     read_intrinsics,
 )
 from facetlog.perception.types import FloatArray, Pose
@@ -58,11 +62,13 @@ def read_polycam(path: Path) -> PosesFile:
     images = keyframes / PAIRS[path.parent.name]
     whole = keyframes.resolve()
     folder = whole.parent if whole.name == KEYFRAMES else keyframes
-    pictures, faults = posed_pictures(partial(_polycam_picture, file, images) for file in files)
+    pictures, faults = collect_posed_pictures(
+        partial(_read_polycam_picture, file, images) for file in files
+    )
     return PosesFile(folder, pictures, np.array([0.0, 1.0, 0.0]), faults=faults)
 
 
-def _polycam_picture(file: Path, images: Path) -> PosedPicture:
+def _read_polycam_picture(file: Path, images: Path) -> PosedPicture:
     fields, where = read_json(file), str(file)
     names = [f"t_{row}{column}" for row in range(3) for column in range(4)]
     numbers = parse_finite([follow_keys(fields, where, name) for name in names], 12, where)
@@ -83,18 +89,18 @@ def read_record3d(path: Path) -> PosesFile:
     images = next((path.parent / name for name in RGB if (path.parent / name).is_dir()), None)
     if images is None:
         raise InputError(f"{path.parent} has no folder {RGB[0]} of pictures beside {path.name}")
-    pictures, faults = posed_pictures(
-        partial(_record3d_picture, number, document, images, f"{path}: pose {number + 1}")
+    pictures, faults = collect_posed_pictures(
+        partial(_read_record3d_picture, number, document, images, f"{path}: pose {number + 1}")
         for number in range(len(poses))
     )
     return PosesFile(path.parent, pictures, faults=faults)
 
 
-def _record3d_picture(
+def _read_record3d_picture(
     number: int, document: Mapping[str, object], images: Path, where: str
 ) -> PosedPicture:
     x, y, z, w, *place = parse_finite(_row(document["poses"], number), 7, where)
-    rotation = quaternion_matrix((w, x, y, z), place, where) @ OPENCV_FROM_OPENGL
+    rotation = convert_quaternion((w, x, y, z), place, where) @ OPENCV_FROM_OPENGL
     pose = make_pose(rotation, np.array(place), where)
     each = document.get("perFrameIntrinsicCoeffs")
     if each:
@@ -147,7 +153,7 @@ def _unpack(path: Path) -> str:
     return f"a zip: unpack it (unzip {path.name} -d {path.stem}) and give that folder"
 
 
-def _lacks_unpacked(folder: Path) -> str:
+def _find_zipped_export(folder: Path) -> str:
     path = next(iter(sorted(folder.glob(f"*{ZIPPED}"))), None)
     return "" if path is None else f"{path.name} is {_unpack(path)}"
 
@@ -157,20 +163,20 @@ POLYCAM = PoseReader(
     needs=f"Polycam's {KEYFRAMES} folder",
     find=_find_polycam,
     takes=lambda path: path.suffix == ".json" and path.parent.name in PAIRS,
-    read=with_unit(read_polycam, "m"),
+    read=format_with_unit(read_polycam, "m"),
 )
 RECORD3D = PoseReader(
     kind="Record3D capture",
     needs=f"Record3D's {METADATA[0]} with {RGB[0]}",
     find=_find_record3d,
     takes=lambda path: path.name in METADATA,
-    read=with_unit(read_record3d, "m"),
+    read=format_with_unit(read_record3d, "m"),
 )
 RECORD3D_ZIP = PoseReader(
     kind="Record3D export",
     needs=f"Record3D's {ZIPPED}, unpacked",
     find=lambda _: None,
-    lacks=_lacks_unpacked,
+    lacks=_find_zipped_export,
     takes=lambda path: path.suffix.lower() == ZIPPED,
     read=_refuse_zipped,
 )

@@ -16,18 +16,18 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.pose_files.file_values import (
     OPENCV_FROM_OPENGL,
+    iter_numbered_lines,
     make_pose,
-    numbered_lines,
     parse_finite,
 )
-from facetlog.perception.reading.pose_files.picture_places import picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, with_unit
+from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
     PosesFile,
-    posed_pictures,
-    unregistered,
+    collect_posed_pictures,
+    list_unregistered,
 )
 
 __all__ = ["BUNDLER"]
@@ -47,8 +47,8 @@ def read_bundler(path: Path) -> PosesFile:
         folder = folder.resolve().parent
     if not (folder / LIST).is_file():
         raise InputError(f"{path} has no {LIST} beside or above it: put there the pictures' names")
-    names = [line.split()[0] for _, line in numbered_lines(folder / LIST)]
-    lines: list[_Line] = [(where, line.split()) for where, line in numbered_lines(path)]
+    names = [line.split()[0] for _, line in iter_numbered_lines(folder / LIST)]
+    lines: list[_Line] = [(where, line.split()) for where, line in iter_numbered_lines(path)]
     try:
         count = int(lines[0][1][0])
     except (IndexError, ValueError) as exc:
@@ -61,10 +61,10 @@ def read_bundler(path: Path) -> PosesFile:
     if count and len(blocks[-1]) < LINES:
         raise InputError(f"{path} ends before camera {count}: it is truncated; export it again")
     named = list(zip(names, blocks, strict=True))
-    pictures, faults = posed_pictures(
+    pictures, faults = collect_posed_pictures(
         partial(_picture, name, block, folder) for name, block in named if _is_registered(block)
     )
-    lost = unregistered(path, (name for name, block in named if not _is_registered(block)))
+    lost = list_unregistered(path, (name for name, block in named if not _is_registered(block)))
     return PosesFile(folder, pictures, faults=faults, left_out=lost)
 
 
@@ -89,7 +89,7 @@ def _picture(name: str, block: Sequence[_Line], folder: Path) -> PosedPicture:
         where, focal=(focal, focal), distortion=Distortion.POLYNOMIAL, radial=(k1, k2, 0.0, 0.0)
     )
     pose = make_pose(rotation.T, centre, where)
-    return PosedPicture(name, picture_path(folder, name), intrinsics, pose)
+    return PosedPicture(name, resolve_picture_path(folder, name), intrinsics, pose)
 
 
 def _find(folder: Path) -> Path | None:
@@ -102,5 +102,5 @@ BUNDLER = PoseReader(
     needs=f"Bundler's {BUNDLE} with {LIST}",
     find=_find,
     takes=lambda path: path.suffix == ".out",
-    read=with_unit(read_bundler),
+    read=format_with_unit(read_bundler),
 )

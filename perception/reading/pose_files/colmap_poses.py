@@ -13,19 +13,19 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.colmap_files import (
     ColmapCamera,
     ColmapPicture,
-    colmap_cameras,
-    colmap_models,
-    colmap_pictures,
+    find_colmap_models,
+    read_colmap_cameras,
+    read_colmap_images,
 )
-from facetlog.perception.reading.pose_files.file_values import make_pose, quaternion_matrix
-from facetlog.perception.reading.pose_files.picture_places import may_be_below, picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, with_unit
+from facetlog.perception.reading.pose_files.file_values import convert_quaternion, make_pose
+from facetlog.perception.reading.pose_files.picture_places import may_be_below, resolve_picture_path
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
     read_intrinsics,
 )
 
@@ -41,12 +41,12 @@ def find_colmap_poses(folder: Path) -> Path | None:
     """Return the images.bin or images.txt of the largest model in or below a folder; None without
     one.
     """
-    return next(iter(colmap_models(folder, "images", "cameras")), None)
+    return next(iter(find_colmap_models(folder, "images", "cameras")), None)
 
 
-def choice_of_model(folder: Path) -> str:
+def describe_model_choice(folder: Path) -> str:
     """Return which of several models in a folder is read, for people; empty where there is one."""
-    models = colmap_models(folder, "images", "cameras")
+    models = find_colmap_models(folder, "images", "cameras")
     if len(models) < 2:
         return ""
     return f"{models[0].parent.relative_to(folder)}, the largest of {len(models)}"
@@ -55,28 +55,28 @@ def choice_of_model(folder: Path) -> str:
 def read_colmap_poses(path: Path) -> PosesFile:
     """Return the poses in an images.bin or images.txt."""
     try:
-        cameras = colmap_cameras(path.with_name(f"cameras{path.suffix}"))
-        pictures = colmap_pictures(path)
+        cameras = read_colmap_cameras(path.with_name(f"cameras{path.suffix}"))
+        pictures = read_colmap_images(path)
     except OSError as exc:
         raise InputError(f"{exc.filename or path} cannot be read: {exc.strerror}") from exc
     names = [picture.name for picture in pictures]
-    project, inside = _home(path, names)
+    project, inside = _find_image_folder(path, names)
     lenses: dict[int, Intrinsics] = {}
-    posed, faults = posed_pictures(
+    posed, faults = collect_posed_pictures(
         partial(_posed, picture, cameras, lenses, inside) for picture in pictures
     )
-    advice = "" if _there(names, inside) else f"put the pictures into {_own_home(path)}"
+    advice = "" if _there(names, inside) else f"put the pictures into {_suggest_image_folder(path)}"
     return PosesFile(project, posed, faults=faults, advice=advice)
 
 
-def _own_home(path: Path) -> Path:
+def _suggest_image_folder(path: Path) -> Path:
     """Return where the pictures of a model belong by COLMAP's layouts."""
     model = path.parent.resolve()
-    *_, above = _upwards(model)
+    *_, above = _iter_parent_folders(model)
     return (above if model.name in LAYOUT or model.name.isdigit() else model) / PICTURES
 
 
-def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
+def _find_image_folder(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
     """Return the folder of the whole project, and the one in it that picture names start from.
 
     The pictures are in images/ beside the model or above it, or else right there: where most of
@@ -86,7 +86,7 @@ def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
     names = tuple(names)
     places = [
         (folder, inside)
-        for folder in _upwards(path.parent.resolve())
+        for folder in _iter_parent_folders(path.parent.resolve())
         for inside in (folder / PICTURES, folder)
     ]
     return max(places, key=lambda place: _there(names, place[1]))  # of equals the nearest
@@ -96,7 +96,7 @@ def _there(names: Iterable[str], folder: Path) -> int:
     return sum(may_be_below(folder, name) for name in names)
 
 
-def _upwards(model: Path) -> Iterator[Path]:
+def _iter_parent_folders(model: Path) -> Iterator[Path]:
     yield model
     folder = model.parent
     while folder.name in LAYOUT or folder.name.isdigit():
@@ -110,10 +110,10 @@ def has_pictures(path: Path) -> bool:
     cloud.
     """
     try:
-        names = [picture.name for picture in colmap_pictures(path)]
+        names = [picture.name for picture in read_colmap_images(path)]
     except (InputError, OSError):
         return False
-    _, inside = _home(path, names)
+    _, inside = _find_image_folder(path, names)
     return _there(names, inside) > 0
 
 
@@ -128,15 +128,15 @@ def _posed(
     if camera is None:
         raise CalibrationError(f"{where}: there is no camera {picture.camera}: export it again")
     if camera.number not in lenses:
-        lenses[camera.number] = _intrinsics(camera)
-    camera_from_world = quaternion_matrix(picture.quaternion, picture.translation, where)
+        lenses[camera.number] = _parse_colmap_intrinsics(camera)
+    camera_from_world = convert_quaternion(picture.quaternion, picture.translation, where)
     centre = -camera_from_world.T @ np.array(picture.translation)
     pose = make_pose(camera_from_world.T, centre, where)
-    path = picture_path(inside, picture.name)
+    path = resolve_picture_path(inside, picture.name)
     return PosedPicture(picture.name, path, lenses[camera.number], pose)
 
 
-def _intrinsics(camera: ColmapCamera) -> Intrinsics:
+def _parse_colmap_intrinsics(camera: ColmapCamera) -> Intrinsics:
     fields: dict[str, object] = {"camera_model": camera.model}
     fields |= {"width": camera.width, "height": camera.height}
     fields |= camera.named() or {}
@@ -147,7 +147,7 @@ def _intrinsics(camera: ColmapCamera) -> Intrinsics:
 
 def _lacks(folder: Path) -> str:
     for name, other in (("images", "cameras"), ("cameras", "images")):
-        if found := colmap_models(folder, name):
+        if found := find_colmap_models(folder, name):
             path = found[0].relative_to(folder)
             return f"{path.with_name(other + path.suffix)} is missing beside {path.name}"
     return ""
@@ -158,7 +158,7 @@ COLMAP = PoseReader(
     needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/)",
     find=find_colmap_poses,
     takes=lambda path: path.name in ("images.bin", "images.txt"),
-    read=with_unit(read_colmap_poses),
-    choice=choice_of_model,
+    read=format_with_unit(read_colmap_poses),
+    choice=describe_model_choice,
     lacks=_lacks,
 )

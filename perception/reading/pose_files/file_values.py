@@ -15,16 +15,16 @@ from facetlog.regular_file import read_regular_text
 __all__ = [
     "EXPORT",
     "OPENCV_FROM_OPENGL",
-    "array_of",
+    "convert_quaternion",
     "flatten_rows",
     "follow_keys",
+    "get_metres_per",
     "is_file",
+    "iter_numbered_lines",
     "make_pose",
-    "metres_per",
     "number",
-    "numbered_lines",
+    "parse_array",
     "parse_finite",
-    "quaternion_matrix",
     "read_json",
     "read_text",
 ]
@@ -55,7 +55,7 @@ def read_text(path: Path) -> str:
         raise InputError(f"{str(path)!r} cannot be read: {exc.strerror or exc}") from exc
 
 
-def numbered_lines(path: Path) -> Iterator[tuple[str, str]]:
+def iter_numbered_lines(path: Path) -> Iterator[tuple[str, str]]:
     """Yield place and text of the lines of a file that are neither empty nor a comment (#)."""
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         if line.strip() and not line.lstrip().startswith("#"):
@@ -101,12 +101,12 @@ def flatten_rows(rows: object) -> list[object]:
     return [entry for row in listed if isinstance(row, list) for entry in row]
 
 
-def array_of(rows: object, *shape: int) -> FloatArray | None:
+def parse_array(rows: object, *shape: int) -> FloatArray | None:
     """Return the finite numbers of nested lists as an array of this shape; None for all else.
 
-    >>> array_of([[1, 2.5]], 1, 2)
+    >>> parse_array([[1, 2.5]], 1, 2)
     array([[1. , 2.5]])
-    >>> array_of([True], 1), array_of([10**400], 1), array_of([1.0, 2.0], 1)
+    >>> parse_array([True], 1), parse_array([10**400], 1), parse_array([1.0, 2.0], 1)
     (None, None, None)
     """
     leaves = [rows]
@@ -137,10 +137,10 @@ def number(fields: Mapping[str, object], key: str, where: str) -> float:
     raise CalibrationError(f"{where}: {key} is {shown}")
 
 
-def metres_per(unit: object, where: str) -> float:
+def get_metres_per(unit: object, where: str) -> float:
     """Return the metres in one unit of length; InputError lists the units there are.
 
-    >>> metres_per("in", "--unit")
+    >>> get_metres_per("in", "--unit")
     0.0254
     """
     if not isinstance(unit, str) or unit not in METRES_PER:
@@ -148,7 +148,7 @@ def metres_per(unit: object, where: str) -> float:
     return METRES_PER[unit]
 
 
-def quaternion_matrix(
+def convert_quaternion(
     quaternion: Sequence[float], place: Sequence[float], where: str
 ) -> FloatArray:
     """Return the rotation (3, 3) of a quaternion (w, x, y, z) of any length but 0.

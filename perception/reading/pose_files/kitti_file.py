@@ -16,22 +16,22 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.pose_files.file_values import (
+    iter_numbered_lines,
     make_pose,
-    numbered_lines,
     parse_finite,
 )
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseReader,
-    first_of,
-    missing_of,
-    with_unit,
+    format_with_unit,
+    make_file_finder,
+    make_missing_check,
 )
 from facetlog.perception.reading.pose_files.poses_file import (
     PLAIN_NAMES,
     Intrinsics,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
     read_intrinsics,
 )
 from facetlog.perception.types import FloatArray
@@ -45,13 +45,13 @@ FOLDERS = ("image_0", "image_1", "image_2", "image_3")
 
 def read_kitti(path: Path) -> PosesFile:
     """Return the poses of a sequence."""
-    folder = _sequence(path)
+    folder = _find_sequence_folder(path)
     named = next((name for name in FOLDERS if (folder / name).is_dir()), None)
     if named is None:
         raise InputError(f"{folder} has no folder {FOLDERS[0]} of pictures of {path.name}")
     intrinsics, offset = _read_camera(folder / CALIBRATION, f"P{FOLDERS.index(named)}")
     pictures = sorted(p for p in (folder / named).iterdir() if not p.name.startswith("."))
-    lines = list(numbered_lines(path))
+    lines = list(iter_numbered_lines(path))
     if len(lines) != len(pictures):
         raise InputError(
             f"{path} has {len(lines)} poses, {folder / named} {len(pictures)} pictures: "
@@ -65,7 +65,7 @@ def read_kitti(path: Path) -> PosesFile:
         centre = matrix[:, :3] @ offset + matrix[:, 3]
         return PosedPicture(name, picture, intrinsics, make_pose(matrix[:, :3], centre, where))
 
-    found, faults = posed_pictures(
+    found, faults = collect_posed_pictures(
         partial(read_picture, picture, line) for picture, line in zip(pictures, lines, strict=True)
     )
     return PosesFile(folder, found, faults=faults)
@@ -73,7 +73,7 @@ def read_kitti(path: Path) -> PosesFile:
 
 def _read_camera(path: Path, name: str) -> tuple[Intrinsics, FloatArray]:
     """Return the camera of a name in calib.txt, and its centre (3,) in the first camera's axes."""
-    for where, line in numbered_lines(path):
+    for where, line in iter_numbered_lines(path):
         label, _, numbers = line.strip().partition(" ")
         if label.rstrip(":") == name:
             projection = _parse_matrix(numbers, where)
@@ -95,7 +95,7 @@ def _parse_matrix(text: str, where: str) -> FloatArray:
     return np.reshape(parse_finite(text.split(), 12, where), (3, 4))
 
 
-def _sequence(path: Path) -> Path:
+def _find_sequence_folder(path: Path) -> Path:
     """Return the folder of the sequence that poses are of."""
     if path.name == POSES or path.parent.name != UNPACKED[1]:
         return path.parent
@@ -103,7 +103,7 @@ def _sequence(path: Path) -> Path:
 
 
 def _find(folder: Path) -> Path | None:
-    beside = first_of(POSES, CALIBRATION)(folder)
+    beside = make_file_finder(POSES, CALIBRATION)(folder)
     whole = folder.resolve()
     if beside is None and whole.parent.name == UNPACKED[0] and (folder / CALIBRATION).is_file():
         unpacked = whole.parent.with_name(UNPACKED[1]) / f"{whole.name}.txt"
@@ -111,15 +111,17 @@ def _find(folder: Path) -> Path | None:
     return beside
 
 
-def _takes(path: Path) -> bool:
-    unpacked = path.parent.name == UNPACKED[1] and (_sequence(path) / CALIBRATION).is_file()
+def _is_kitti_poses(path: Path) -> bool:
+    unpacked = (
+        path.parent.name == UNPACKED[1] and (_find_sequence_folder(path) / CALIBRATION).is_file()
+    )
     return path.name == POSES or unpacked
 
 
 def _lacks(folder: Path) -> str:
     """Return what is missing of a sequence; a calib.txt by itself may be of any other camera."""
     sequence = (folder / POSES).is_file() or any((folder / name).is_dir() for name in FOLDERS)
-    return missing_of(POSES, CALIBRATION)(folder) if sequence else ""
+    return make_missing_check(POSES, CALIBRATION)(folder) if sequence else ""
 
 
 KITTI = PoseReader(
@@ -127,6 +129,6 @@ KITTI = PoseReader(
     needs=f"KITTI's {POSES} and {CALIBRATION} with {FOLDERS[0]}",
     find=_find,
     lacks=_lacks,
-    takes=_takes,
-    read=with_unit(read_kitti, "m"),
+    takes=_is_kitti_poses,
+    read=format_with_unit(read_kitti, "m"),
 )

@@ -25,15 +25,19 @@ from facetlog.perception.reading.pose_files.file_values import (
     parse_finite,
     read_json,
 )
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of, with_unit
+from facetlog.perception.reading.pose_files.pose_reader import (
+    PoseReader,
+    format_with_unit,
+    make_file_finder,
+)
 from facetlog.perception.reading.pose_files.poses_file import (
     PLAIN_NAMES,
     Intrinsics,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
+    list_unregistered,
     read_intrinsics,
-    unregistered,
 )
 
 __all__ = ["OPENMVG"]
@@ -67,12 +71,12 @@ def read_openmvg(path: Path) -> PosesFile:
     intrinsics = dict(_iter_intrinsics(document, where))
     poses = dict(_iter_entries(document, "extrinsics", where))
     folder, inside = _find_pictures(path, str(follow_keys(document, where, "root_path")), views)
-    pictures, faults = posed_pictures(
+    pictures, faults = collect_posed_pictures(
         partial(_picture, view, intrinsics, poses[view.pose], inside)
         for view in views
         if view.pose in poses
     )
-    lost = unregistered(path, (view.name for view in views if view.pose not in poses))
+    lost = list_unregistered(path, (view.name for view in views if view.pose not in poses))
     return PosesFile(folder, pictures, faults=faults, left_out=lost)
 
 
@@ -169,8 +173,8 @@ def _lacks(folder: Path) -> str:
 OPENMVG = PoseReader(
     kind="OpenMVG model",
     needs=f"OpenMVG's {SFM_DATA}",
-    find=first_of(SFM_DATA),
+    find=make_file_finder(SFM_DATA),
     lacks=_lacks,
     takes=lambda path: path.name == SFM_DATA,
-    read=with_unit(read_openmvg),
+    read=format_with_unit(read_openmvg),
 )

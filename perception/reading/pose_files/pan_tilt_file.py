@@ -19,18 +19,18 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
-from facetlog.perception.reading.pose_files.file_values import metres_per, read_text
-from facetlog.perception.reading.pose_files.picture_places import picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, with_unit
+from facetlog.perception.reading.pose_files.file_values import get_metres_per, read_text
+from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     PLAIN_NAMES,
     Intrinsics,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
     read_intrinsics,
 )
-from facetlog.toml_text import toml_fields
+from facetlog.toml_text import parse_toml_fields
 
 __all__ = ["CAMERA_FILE", "PAN_TILT", "read_camera"]
 
@@ -45,7 +45,7 @@ CAMERA_EXAMPLE = (
 def read_pan_tilt(path: Path) -> PosesFile:
     """Return the poses of a pan-tilt tour; InputError names file and line of what is none."""
     intrinsics, unit = read_camera(path.parent / CAMERA_FILE)
-    pictures, faults = posed_pictures(
+    pictures, faults = collect_posed_pictures(
         partial(_picture, row, path, f"{path}:{line}", intrinsics) for line, row in _rows(path)
     )
     return PosesFile(path.parent, pictures, np.array([0.0, 0.0, 1.0]), unit=unit, faults=faults)
@@ -55,12 +55,12 @@ def read_camera(path: Path) -> tuple[Intrinsics, str | None]:
     """Return the camera in a camera.toml, and the unit of length that it names, if any."""
     if not path.exists():
         raise CalibrationError(f"{path} is missing: write it with {CAMERA_EXAMPLE}")
-    fields = toml_fields(read_text(path), str(path))
+    fields = parse_toml_fields(read_text(path), str(path))
     unit = fields.get("unit")
     if not isinstance(unit, str | None):
         raise InputError(f'{path}: unit is {unit!r:.40}: write it in quotes, as in "in"')
     if unit is not None:
-        metres_per(unit, str(path))
+        get_metres_per(unit, str(path))
     return read_intrinsics(fields, PLAIN_NAMES, str(path)), unit
 
 
@@ -99,17 +99,17 @@ def _picture(
     name = row["image"].strip()
     if not name:
         raise InputError(f"{where}: no image: give the picture's path relative to this file")
-    x, y, z, pan, tilt, skew = (_finite(row[key], key, where) for key in COLUMNS[1:])
+    x, y, z, pan, tilt, skew = (_parse_finite_field(row[key], key, where) for key in COLUMNS[1:])
     angles = math.radians(pan), math.radians(tilt), math.radians(skew)
     try:
         pose = pan_tilt_pose(x, y, z, *angles)
     except CalibrationError as exc:
         raise CalibrationError(f"{where}: {exc}") from exc
     of_picture = replace(intrinsics, where=f"{where} ({name!r:.80})")
-    return PosedPicture(name, picture_path(path.parent, name), of_picture, pose)
+    return PosedPicture(name, resolve_picture_path(path.parent, name), of_picture, pose)
 
 
-def _finite(text: str, key: str, where: str) -> float:
+def _parse_finite_field(text: str, key: str, where: str) -> float:
     try:
         value = float(text)
     except ValueError:
@@ -137,5 +137,5 @@ PAN_TILT = PoseReader(
     needs=f"{POSES_FILE} ({','.join(COLUMNS)}) with {CAMERA_FILE}",
     find=_find,
     takes=lambda path: path.suffix.lower() == ".csv",
-    read=with_unit(read_pan_tilt),
+    read=format_with_unit(read_pan_tilt),
 )

@@ -13,13 +13,13 @@ from facetlog.perception.name_lists import named
 from facetlog.perception.reading.pose_files.file_values import is_file
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
-__all__ = ["find_pictures", "may_be_below", "picture_path"]
+__all__ = ["find_pictures", "may_be_below", "resolve_picture_path"]
 
 MOST_FILES = 200_000
 """Number of files that are searched below a folder: a capture has fewer."""
 
 
-def picture_path(folder: Path, name: str, extensions: Iterable[str] = ()) -> Path:
+def resolve_picture_path(folder: Path, name: str, extensions: Iterable[str] = ()) -> Path:
     """Return the file of a picture by its name, which may have backslashes, or lack one of these
     extensions; as it is written where there is none.
     """
@@ -39,8 +39,8 @@ def find_pictures(file: PosesFile) -> PosesFile:
     ]
     if not moved:
         return file
-    below = _files_by_name(file.folder)
-    found = {p.name: path for p in moved if (path := _like(p.name, below)) is not None}
+    below = _index_files_by_name(file.folder)
+    found = {p.name: path for p in moved if (path := _find_most_alike(p.name, below)) is not None}
     once = {name for name in found if list(found.values()).count(found[name]) == 1}
     if not once:
         return file
@@ -55,7 +55,7 @@ def find_pictures(file: PosesFile) -> PosesFile:
 
 def may_be_below(folder: Path, name: str) -> bool:
     """Return whether a picture is in a folder by its name, or by the end of an absolute one."""
-    if is_file(picture_path(folder, name)):
+    if is_file(resolve_picture_path(folder, name)):
         return True
     return _is_absolute(name) and is_file(folder / PureWindowsPath(name).name)
 
@@ -64,7 +64,7 @@ def _is_absolute(name: str) -> bool:
     return PurePosixPath(name).is_absolute() or PureWindowsPath(name).is_absolute()
 
 
-def _files_by_name(folder: Path) -> dict[str, list[Path]]:
+def _index_files_by_name(folder: Path) -> dict[str, list[Path]]:
     by_name: dict[str, list[Path]] = {}
     count = 0
     for where, folders, names in os.walk(folder):
@@ -77,7 +77,7 @@ def _files_by_name(folder: Path) -> dict[str, list[Path]]:
     return by_name
 
 
-def _like(name: str, below: dict[str, list[Path]]) -> Path | None:
+def _find_most_alike(name: str, below: dict[str, list[Path]]) -> Path | None:
     """Return the one file whose path ends most like a name; None where there is none, or several
     are as like.
     """

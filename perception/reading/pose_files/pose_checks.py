@@ -56,9 +56,10 @@ def check_lens(lens: Lens, where: str) -> None:
     if longest < SHARE_OF_PICTURE and longest * WIDEST_TANGENT < diagonal:
         raise CalibrationError(
             f"{where}: a focal length of {shortest:.3g} px is a view angle of "
-            f"{_angle_deg(shortest, camera.width):.1f} degrees: give it in pixels, not as a share "
+            f"{_view_angle_deg(shortest, camera.width):.1f} degrees: give it in pixels, not as a "
+            "share "
             f"of the picture ({shortest:.3g} x {camera.width} = {shortest * camera.width:.4g} px "
-            f"are {_angle_deg(shortest * camera.width, camera.width):.0f} degrees)"
+            f"are {_view_angle_deg(shortest * camera.width, camera.width):.0f} degrees)"
         )
     off = abs(camera.cx - (camera.width - 1) / 2), abs(camera.cy - (camera.height - 1) / 2)
     if max(off) > FARTHEST_CENTRE * diagonal:
@@ -71,20 +72,20 @@ def check_lens(lens: Lens, where: str) -> None:
     if max(off[0] + camera.width / 2, off[1] + camera.height / 2) > most:
         raise CalibrationError(
             f"{where}: focal lengths of {camera.fx:.3g} and {camera.fy:.3g} px are a view angle of "
-            f"{_angle_deg(shortest, camera.width):.1f} degrees in pictures of "
+            f"{_view_angle_deg(shortest, camera.width):.1f} degrees in pictures of "
             f"{camera.width} x {camera.height}: give them in pixels of these pictures"
         )
     if longest * SMALLEST_ANGLE > diagonal:
         raise CalibrationError(
             f"{where}: focal lengths of {camera.fx:.3g} and {camera.fy:.3g} px are a view angle of "
-            f"{_angle_deg(longest, camera.width):.2g} degrees: give them in pixels"
+            f"{_view_angle_deg(longest, camera.width):.2g} degrees: give them in pixels"
         )
     if longest > LONGEST_PIXEL * shortest:
         raise CalibrationError(
             f"{where}: focal lengths of {camera.fx:.3g} px across and {camera.fy:.3g} px down are "
             f"more than {LONGEST_PIXEL:g} times apart: give both in pixels of the picture"
         )
-    gain = _gain_at_corners(lens)
+    gain = _compute_corner_gain(lens)
     if lens.distortion is Distortion.POLYNOMIAL and not LEAST_GAIN <= gain <= MOST_GAIN:
         shown = ", ".join(f"{c:g}" for c in lens.coefficients)
         raise CalibrationError(
@@ -94,14 +95,14 @@ def check_lens(lens: Lens, where: str) -> None:
         )
 
 
-def _gain_at_corners(lens: Lens) -> float:
+def _compute_corner_gain(lens: Lens) -> float:
     """Return the distorted over the undistorted radius of a picture's corners, farthest from 1."""
     pinhole = lens.pinhole
     u, v = np.array([0.0, pinhole.width - 1.0]), np.array([0.0, pinhole.height - 1.0])
     x, y = (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy
-    gains = lens.radial_gain(np.add.outer(x**2, y**2).ravel())
+    gains = lens.compute_radial_gain(np.add.outer(x**2, y**2).ravel())
     return float(gains[np.argmax(np.abs(np.log(np.maximum(gains, 1e-300))))])
 
 
-def _angle_deg(focal: float, length: int) -> float:
+def _view_angle_deg(focal: float, length: int) -> float:
     return float(np.degrees(2 * np.arctan2(length / 2, focal)))

@@ -6,10 +6,16 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.length_units import Length
-from facetlog.perception.reading.pose_files.file_values import metres_per
+from facetlog.perception.reading.pose_files.file_values import get_metres_per
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
-__all__ = ["PoseOptions", "PoseReader", "first_of", "missing_of", "with_unit"]
+__all__ = [
+    "PoseOptions",
+    "PoseReader",
+    "format_with_unit",
+    "make_file_finder",
+    "make_missing_check",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +59,7 @@ class PoseReader:
     lacks: Callable[[Path], str] = lambda _: ""
 
 
-def with_unit(
+def format_with_unit(
     read: Callable[[Path], PosesFile], default: str | None = None
 ) -> Callable[[Path, PoseOptions], PosesFile]:
     """Return the `read` of a file that has poses: they become metres by its unit, if it is known.
@@ -65,19 +71,19 @@ def with_unit(
         if options.square is not None:
             raise InputError(f"square is for pictures of a mat, and {path} has poses: omit it")
         if options.unit is not None:
-            metres_per(options.unit, "--unit")
+            get_metres_per(options.unit, "--unit")
         file = read(path)
         if file.unit and options.unit and file.unit != options.unit:
             raise InputError(
                 f"{path}: its unit is {file.unit!r}, and {options.unit!r} was given: leave one out"
             )
         unit = file.unit or options.unit or default
-        return file if unit is None else file.to_metres(metres_per(unit, "--unit"))
+        return file if unit is None else file.to_metres(get_metres_per(unit, "--unit"))
 
     return read_with_unit
 
 
-def first_of(*names: str) -> Callable[[Path], Path | None]:
+def make_file_finder(*names: str) -> Callable[[Path], Path | None]:
     """Return a function that finds the first of these files in a folder that has them all."""
 
     def find(folder: Path) -> Path | None:
@@ -87,7 +93,7 @@ def first_of(*names: str) -> Callable[[Path], Path | None]:
     return find
 
 
-def missing_of(*names: str) -> Callable[[Path], str]:
+def make_missing_check(*names: str) -> Callable[[Path], str]:
     """Return a function that names the files that a folder lacks which has another of them."""
 
     def find_missing(folder: Path) -> str:

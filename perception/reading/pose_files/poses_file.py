@@ -23,9 +23,9 @@ __all__ = [
     "Intrinsics",
     "PosedPicture",
     "PosesFile",
-    "posed_pictures",
+    "collect_posed_pictures",
+    "list_unregistered",
     "read_intrinsics",
-    "unregistered",
 ]
 
 ROUNDING_PX = 1.0
@@ -82,7 +82,7 @@ class Intrinsics:
         """Whether the camera is for one size of picture, which the file does not give."""
         return not all(self.size) and (any(self.focal) or self.centre is not None)
 
-    def size_fault(self, width: int, height: int) -> str:
+    def describe_size_fault(self, width: int, height: int) -> str:
         """Return why a picture of this size cannot be of this camera, and what to do; empty if it
         can.
         """
@@ -211,7 +211,7 @@ class PosesFile:
         return replace(self, pictures=tuple(pictures), metric=True)
 
 
-def posed_pictures(
+def collect_posed_pictures(
     readers: Iterable[Callable[[], PosedPicture]],
 ) -> tuple[tuple[PosedPicture, ...], tuple[InputError, ...]]:
     """Return the pictures whose camera and pose can be read, and the faults of the others."""
@@ -228,7 +228,7 @@ def posed_pictures(
     return tuple(pictures), tuple(faults)
 
 
-def unregistered(path: Path, names: Iterable[str]) -> tuple[LeftOut, ...]:
+def list_unregistered(path: Path, names: Iterable[str]) -> tuple[LeftOut, ...]:
     """Return the pictures of a file that structure from motion gave no pose, as left out."""
     return tuple(
         LeftOut(name, f"{path}: {name} has no pose: it was not registered", name) for name in names

@@ -32,8 +32,8 @@ from facetlog.perception.reading.pose_files.tum_file import TUM
 from facetlog.perception.reading.pose_files.visualsfm_file import VISUALSFM
 from facetlog.perception.reading.sfm.sfm_poses import (
     NothingPlacedError,
-    are_kept,
     can_map,
+    has_kept_cameras,
     read_by_motion,
 )
 from facetlog.perception.reading.shots import has_shots
@@ -42,10 +42,10 @@ from facetlog.perception.reading.video_file import COUNTED
 __all__ = [
     "READERS",
     "find_poses",
+    "find_poses_path",
+    "has_only_pictures",
     "has_poses",
     "kind_of",
-    "only_pictures",
-    "poses_path",
     "read_poses",
 ]
 
@@ -64,7 +64,7 @@ def read_pictures(folder: Path, options: PoseOptions) -> PosesFile:
             "metres (if its bar was off, give the side of a square, as 17.6mm), and without "
             'one a known length as scale does: "height = 74 cm"'
         )
-    if options.square is None and are_kept(folder, options):
+    if options.square is None and has_kept_cameras(folder, options):
         return read_by_motion(folder, options)  # no mat was seen when these were made
     try:
         return read_mat(folder, options.square)
@@ -101,7 +101,7 @@ VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 LISTED = 8
 
 
-def poses_path(path: Path) -> Path:
+def find_poses_path(path: Path) -> Path:
     """Return the poses file that a path given by the user means."""
     try:
         if path.is_dir():
@@ -144,7 +144,7 @@ def has_poses(path: Path) -> bool:
     """
     if path.is_dir():
         return any(reader is not COLMAP or has_pictures(found) for reader, found in _found(path))
-    reader = _reader_of(path)
+    reader = _find_reader(path)
     if reader is not TRANSFORMS:
         return reader is not None
     try:
@@ -154,14 +154,14 @@ def has_poses(path: Path) -> bool:
     return isinstance(document, dict) and "frames" in document
 
 
-def only_pictures(path: Path) -> bool:
+def has_only_pictures(path: Path) -> bool:
     """Return whether a path is a folder without poses: of pictures, or nothing that is read."""
     return path.is_dir() and all(reader.alone for reader, _ in _found(path))
 
 
 def read_poses(path: Path, options: PoseOptions) -> PosesFile:
     """Read a poses file of the kind that its name shows."""
-    reader = _reader_of(path)
+    reader = _find_reader(path)
     if reader is not None:
         return find_pictures(reader.read(path, options))
     if path.suffix.lower() in PICTURE_SUFFIXES:
@@ -178,14 +178,14 @@ def kind_of(path: Path, given: Path) -> str:
     """Return the kind of a poses file, for people, and which of several in the given folder it is;
     empty for what is none.
     """
-    reader = _reader_of(path)
+    reader = _find_reader(path)
     if reader is None:
         return ""
     choice = reader.choice(given) if given.is_dir() else ""
     return f"{reader.kind} {choice}" if choice else reader.kind
 
 
-def _reader_of(path: Path) -> PoseReader | None:
+def _find_reader(path: Path) -> PoseReader | None:
     return next((reader for reader in READERS if reader.takes(path)), None)
 
 

@@ -24,19 +24,23 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.pose_files.file_values import (
     OPENCV_FROM_OPENGL,
-    array_of,
+    get_metres_per,
     make_pose,
-    metres_per,
+    parse_array,
     read_json,
 )
-from facetlog.perception.reading.pose_files.picture_places import picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of, with_unit
+from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
+from facetlog.perception.reading.pose_files.pose_reader import (
+    PoseReader,
+    format_with_unit,
+    make_file_finder,
+)
 from facetlog.perception.reading.pose_files.poses_file import (
     COEFFICIENTS,
     FieldNames,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
     read_intrinsics,
 )
 from facetlog.perception.reading.video_file import VideoFrame
@@ -66,8 +70,8 @@ def read_transforms(path: Path) -> PosesFile:
         raise InputError(f'{path}: no list of "frames": is this nerfstudio\'s transforms.json?')
     unit = document.get("unit")
     if unit is not None:
-        metres_per(unit, f"{path}: unit")
-    pictures, faults = posed_pictures(
+        get_metres_per(unit, f"{path}: unit")
+    pictures, faults = collect_posed_pictures(
         partial(_frame, frame, document, path, index)
         for index, frame in enumerate(document["frames"])
     )
@@ -88,19 +92,19 @@ def _error_kind(said: object, path: Path) -> PoseErrorKind:
 def _up(said: object, path: Path) -> FloatArray | None:
     if said is None:
         return None
-    direction = array_of(said, 3)
+    direction = parse_array(said, 3)
     if direction is None or not direction.any():
         raise CalibrationError(f"{path}: up is not three numbers, not all 0: give a direction")
     direction = direction / np.abs(direction).max()  # whose squares neither over- nor underflow
     return np.asarray(direction / np.linalg.norm(direction))
 
 
-def _covariance(rows: object, where: str) -> FloatArray | None:
+def _parse_covariance(rows: object, where: str) -> FloatArray | None:
     """Return the covariance of a frame, if it has one; CalibrationError if it is none."""
     if rows is None:
         return None
     fault = f"{where}: covariance is not a symmetric, positive 6 x 6 matrix of finite numbers"
-    matrix = array_of(rows, 6, 6)
+    matrix = parse_array(rows, 6, 6)
     if matrix is None:
         raise CalibrationError(fault)
     largest = np.abs(matrix).max()
@@ -115,26 +119,28 @@ def _covariance(rows: object, where: str) -> FloatArray | None:
 def _frame(frame: object, document: Mapping[str, object], path: Path, index: int) -> PosedPicture:
     where = f"{path}: frame {index + 1}"
     entries = frame if isinstance(frame, dict) else {}
-    of_video = _video_frame(entries, document, path, index, where)
+    of_video = _parse_video_frame(entries, document, path, index, where)
     name = entries.get("file_path", of_video and of_video.name(index))
     if not isinstance(frame, dict) or not isinstance(name, str) or not name:
         raise InputError(f"{where}: no file_path: give the picture's path relative to this file")
     where = f"{where} ({name!r:.80})"
     fields = {key: frame.get(key, document.get(key)) for key in CAMERA_FIELDS}
-    fields = _with_fisheye(fields, where)
+    fields = _apply_is_fisheye(fields, where)
     matrix = _matrix(frame.get("transform_matrix"), where)
     rotation = matrix[:3, :3] @ OPENCV_FROM_OPENGL
     return PosedPicture(
         name=name,
-        path=Path(of_video.source) if of_video else picture_path(path.parent, name, EXTENSIONS),
+        path=Path(of_video.source)
+        if of_video
+        else resolve_picture_path(path.parent, name, EXTENSIONS),
         intrinsics=read_intrinsics(fields, NAMES, where),
         pose=make_pose(rotation, matrix[:3, 3], f"{where}: transform_matrix"),
-        covariance=_covariance(frame.get("covariance"), where),
+        covariance=_parse_covariance(frame.get("covariance"), where),
         frame=of_video,
     )
 
 
-def _with_fisheye(fields: dict[str, object], where: str) -> dict[str, object]:
+def _apply_is_fisheye(fields: dict[str, object], where: str) -> dict[str, object]:
     """Return the fields with instant-ngp's `is_fisheye`, by which OpenCV's fisheye is meant, as a
     model.
 
@@ -153,7 +159,7 @@ def _with_fisheye(fields: dict[str, object], where: str) -> dict[str, object]:
     return {**fields, "camera_model": FISHEYE}
 
 
-def _video_frame(
+def _parse_video_frame(
     frame: Mapping[str, object],
     document: Mapping[str, object],
     path: Path,
@@ -178,8 +184,8 @@ def _video_frame(
 
 def _matrix(rows: object, where: str) -> FloatArray:
     """Return the 4 x 4 (or 3 x 4) camera-to-world matrix of a frame, its last row checked."""
-    whole = array_of(rows, 4, 4)
-    matrix = array_of(rows, 3, 4) if whole is None else whole
+    whole = parse_array(rows, 4, 4)
+    matrix = parse_array(rows, 3, 4) if whole is None else whole
     if matrix is None:
         fault = "is missing" if rows is None else "is not 4 x 4 finite numbers"
         raise CalibrationError(f"{where}: transform_matrix {fault}: give camera-to-world")
@@ -194,15 +200,15 @@ def _matrix(rows: object, where: str) -> FloatArray:
 TRANSFORMS = PoseReader(
     kind="nerfstudio's transforms.json",
     needs=TRANSFORMS_FILE,
-    find=first_of(TRANSFORMS_FILE),
+    find=make_file_finder(TRANSFORMS_FILE),
     takes=lambda path: path.suffix.lower() == ".json",
-    read=with_unit(read_transforms),
+    read=format_with_unit(read_transforms),
     made_from=("COLMAP model",),  # by nerfstudio's tools; and `facetlog collect` writes both
 )
 BLENDER = PoseReader(
     kind=f"Blender's {TRAIN_FILE}",
     needs=TRAIN_FILE,
-    find=first_of(TRAIN_FILE),
+    find=make_file_finder(TRAIN_FILE),
     takes=lambda path: path.name == TRAIN_FILE,
-    read=with_unit(read_transforms),
+    read=format_with_unit(read_transforms),
 )

@@ -19,24 +19,24 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.file_values import (
+    convert_quaternion,
+    iter_numbered_lines,
     make_pose,
-    numbered_lines,
     parse_finite,
-    quaternion_matrix,
 )
 from facetlog.perception.reading.pose_files.pan_tilt_file import CAMERA_FILE, read_camera
-from facetlog.perception.reading.pose_files.picture_places import picture_path
+from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseReader,
-    first_of,
-    missing_of,
-    with_unit,
+    format_with_unit,
+    make_file_finder,
+    make_missing_check,
 )
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
 )
 
 __all__ = ["TUM"]
@@ -57,7 +57,7 @@ def read_tum(path: Path) -> PosesFile:
         (picture, _find_nearest(rows, picture[0]))
         for picture in _iter_rows(path.with_name(PICTURES), 1, "TIME PICTURE")
     ]
-    pictures, faults = posed_pictures(
+    pictures, faults = collect_posed_pictures(
         partial(_picture, picture, row, intrinsics) for picture, row in listed if row is not None
     )
     left_out = []
@@ -75,7 +75,7 @@ def read_tum(path: Path) -> PosesFile:
 
 
 def _iter_rows(path: Path, count: int, form: str) -> Iterator[_Row]:
-    for where, line in numbered_lines(path):
+    for where, line in iter_numbered_lines(path):
         words = line.split()
         try:
             time = float(words[0])
@@ -96,16 +96,16 @@ def _picture(picture: _Row, row: _Row, intrinsics: Intrinsics) -> PosedPicture:
     (_, listed, (name,)), (_, where, words) = picture, row
     of_picture = f"{where} (of {name!r:.80})"
     *place, x, y, z, w = parse_finite(words, 7, of_picture)
-    pose = make_pose(quaternion_matrix((w, x, y, z), place, of_picture), np.array(place), where)
+    pose = make_pose(convert_quaternion((w, x, y, z), place, of_picture), np.array(place), where)
     own = replace(intrinsics, where=f"{listed} ({name!r:.80})")
-    return PosedPicture(name, picture_path(Path(listed).parent, name), own, pose)
+    return PosedPicture(name, resolve_picture_path(Path(listed).parent, name), own, pose)
 
 
 TUM = PoseReader(
     kind="TUM trajectory",
     needs=f"{TRAJECTORY} and {PICTURES} with {CAMERA_FILE}",
-    find=first_of(TRAJECTORY, PICTURES),
-    lacks=missing_of(TRAJECTORY, PICTURES),
+    find=make_file_finder(TRAJECTORY, PICTURES),
+    lacks=make_missing_check(TRAJECTORY, PICTURES),
     takes=lambda path: path.name == TRAJECTORY,
-    read=with_unit(read_tum, "m"),
+    read=format_with_unit(read_tum, "m"),
 )

@@ -18,17 +18,17 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.pose_files.file_values import (
     EXPORT,
+    convert_quaternion,
+    iter_numbered_lines,
     make_pose,
-    numbered_lines,
     parse_finite,
-    quaternion_matrix,
 )
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, with_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
     PosesFile,
-    posed_pictures,
+    collect_posed_pictures,
 )
 
 __all__ = ["VISUALSFM"]
@@ -44,7 +44,7 @@ _Line = tuple[str, str]
 
 def read_visualsfm(path: Path) -> PosesFile:
     """Return the poses of the largest model in a .nvm file."""
-    lines = numbered_lines(path)
+    lines = iter_numbered_lines(path)
     where, first = next(lines, (str(path), ""))
     version, *words = first.split() or [""]
     if version != VERSION:
@@ -59,7 +59,7 @@ def read_visualsfm(path: Path) -> PosesFile:
         largest = max(largest, cameras, key=len)
         for _ in _iter_counted(lines, path):  # points
             pass
-    pictures, faults = posed_pictures(
+    pictures, faults = collect_posed_pictures(
         partial(_picture, line, path.parent, focal, centre) for line in largest
     )
     return PosesFile(path.parent, pictures, faults=faults)
@@ -105,7 +105,7 @@ def _picture(
         projection=(radial,),
     )
     quaternion, place = numbers[:4], numbers[4:]
-    rotation = quaternion_matrix(quaternion, place, where)
+    rotation = convert_quaternion(quaternion, place, where)
     return PosedPicture(
         name, folder / name, intrinsics, make_pose(rotation.T, np.array(place), where)
     )
@@ -127,5 +127,5 @@ VISUALSFM = PoseReader(
     find=_find,
     lacks=_lacks,
     takes=lambda path: path.suffix == SUFFIX,
-    read=with_unit(read_visualsfm),
+    read=format_with_unit(read_visualsfm),
 )

@@ -41,7 +41,7 @@ class _Cameras:
         lens = taken_with(shot.path) if shot.frame is None else TakenWith(str(shot.path))
         kind = width, height, lens
         if kind not in self._known:
-            focal = lens.focal_px(width, height)
+            focal = lens.compute_focal_px(width, height)
             diagonal = float((width**2 + height**2) ** 0.5)
             camera = pycolmap.Camera.create_from_model_name(
                 0, self._model, focal or USUAL_FOCAL * diagonal, width, height
@@ -60,7 +60,7 @@ def mapped(request: Request, report: Report) -> Outcome:
     pycolmap.set_random_seed(request.settings.seed)
     path = request.work / "database.db"
     database = pycolmap.Database.open(path)
-    features, unreadable = _with_features(request.shots, request.settings, database, report)
+    features, unreadable = _extract_features(request.shots, request.settings, database, report)
     database.close()
     names = [shot.name for shot in request.shots]
     if len(features) < LEAST_PICTURES:
@@ -85,7 +85,7 @@ def mapped(request: Request, report: Report) -> Outcome:
     )
 
 
-def _with_features(
+def _extract_features(
     shots: tuple[Shot, ...], settings: Settings, database: pycolmap.Database, report: Report
 ) -> tuple[dict[str, int], tuple[LeftOut, ...]]:
     """Return the number of features of each picture, which are then in the database under its

@@ -8,7 +8,15 @@ from statistics import median
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.shots import Shot
 
-__all__ = ["LEAST_PICTURES", "Outcome", "Pair", "Request", "Settings", "left_out", "why_nothing"]
+__all__ = [
+    "LEAST_PICTURES",
+    "Outcome",
+    "Pair",
+    "Request",
+    "Settings",
+    "explain_failure",
+    "left_out",
+]
 
 LEAST_PICTURES = 3
 """Least number for a model: two pictures agree with a wrong focal length as with the right one."""
@@ -71,7 +79,7 @@ class Outcome:
     error_px: float = 0.0
 
 
-def why_nothing(outcome: Outcome) -> str:
+def explain_failure(outcome: Outcome) -> str:
     """Return why no pictures were placed, and what to do."""
     count = len(outcome.features)
     if count < LEAST_PICTURES:
@@ -108,12 +116,12 @@ def left_out(outcome: Outcome, places: Mapping[str, str]) -> tuple[LeftOut, ...]
     for group in others:
         rest = [name for name in group if name not in placed]
         apart = f"is one of {len(rest)} that do not join the {len(used)} that are used"
-        found += _because(rest, places, f"{apart}: take some between")
+        found += _list_left_out(rest, places, f"{apart}: take some between")
         placed.update(rest)
     lost = [name for name in outcome.features if name not in placed]
     few = "has too few points in common with the others: take some between"
-    return (*found, *_because(lost, places, few))
+    return (*found, *_list_left_out(lost, places, few))
 
 
-def _because(names: Iterable[str], places: Mapping[str, str], why: str) -> list[LeftOut]:
+def _list_left_out(names: Iterable[str], places: Mapping[str, str], why: str) -> list[LeftOut]:
     return [LeftOut(name, f"picture {places[name]} {why}", places[name]) for name in names]

@@ -22,7 +22,7 @@ from typing import TypeAlias
 from pydantic import TypeAdapter, ValidationError
 
 from facetlog.errors import EngineError, InputError
-from facetlog.perception.atomic_write import write_whole
+from facetlog.perception.atomic_write import write_atomically
 from facetlog.perception.reading.pose_files.colmap_poses import read_colmap_poses
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
@@ -31,19 +31,19 @@ from facetlog.perception.reading.sfm.outcome import (
     Outcome,
     Request,
     Settings,
+    explain_failure,
     left_out,
-    why_nothing,
 )
-from facetlog.perception.reading.shots import Shot, shots_in
-from facetlog.python_process import importing_environment, python_module
+from facetlog.perception.reading.shots import Shot, list_shots
+from facetlog.python_process import make_importing_environment, make_module_command
 from facetlog.regular_file import read_regular_text
 
-__all__ = ["NothingPlacedError", "are_kept", "can_map", "read_by_motion"]
+__all__ = ["NothingPlacedError", "can_map", "has_kept_cameras", "read_by_motion"]
 
 SETTINGS = Settings()
 
 _LOG = logging.getLogger(__name__)
-PROGRAM = python_module("facetlog.perception.reading.sfm.mapper")
+PROGRAM = make_module_command("facetlog.perception.reading.sfm.mapper")
 LAST_WORDS = 300
 """Characters of what a program that failed wrote at the end."""
 
@@ -56,12 +56,12 @@ class NothingPlacedError(InputError):
     """No pictures could be placed together; the message says why, and the way out."""
 
 
-def are_kept(folder: Path, options: PoseOptions) -> bool:
+def has_kept_cameras(folder: Path, options: PoseOptions) -> bool:
     """Return whether `options.keep` has the cameras of just these pictures."""
     if options.keep is None or not options.keep.is_dir() or not can_map():
         return False
-    key = made_from(tuple(shot.upright for shot in shots_in(folder)), SETTINGS)
-    return kept_outcome(options.keep, key) is not None
+    key = made_from(tuple(shot.upright for shot in list_shots(folder)), SETTINGS)
+    return load_kept_outcome(options.keep, key) is not None
 
 
 def read_by_motion(folder: Path, options: PoseOptions) -> PosesFile:
@@ -77,15 +77,15 @@ def read_by_motion(folder: Path, options: PoseOptions) -> PosesFile:
             "(up is that of the ground then), or give none"
         )
     # As EXIF turns them: which way the ground lies is known from how cameras were held.
-    shots = tuple(shot.upright for shot in shots_in(folder))
+    shots = tuple(shot.upright for shot in list_shots(folder))
     if len(shots) < LEAST_PICTURES:
-        raise NothingPlacedError(why_nothing(Outcome({shot.name: 0 for shot in shots})))
+        raise NothingPlacedError(explain_failure(Outcome({shot.name: 0 for shot in shots})))
     keep = options.keep
     if keep is None:
         return _mapped(folder, shots, options)
     check_keep(keep)
     key = made_from(shots, SETTINGS)
-    outcome = kept_outcome(keep, key)
+    outcome = load_kept_outcome(keep, key)
     if outcome is None:
         return _mapped(folder, shots, options, key)
     _LOG.info("%s has the cameras of these pictures: not made again", keep)
@@ -106,7 +106,7 @@ def _mapped(
             [len(group) for group in outcome.groups],
         )
         if not outcome.groups:
-            raise NothingPlacedError(why_nothing(outcome))
+            raise NothingPlacedError(explain_failure(outcome))
         if options.keep is not None:
             keep_model(options.keep, model, key, outcome)
             _LOG.info("cameras are kept in %s", options.keep)
@@ -157,7 +157,7 @@ def map_pictures(
             stderr=errors,
             # A Ctrl-C of the terminal is for us.
             start_new_session=True,
-            env=importing_environment(),
+            env=make_importing_environment(),
             text=True,
         ) as process:
             try:
@@ -208,7 +208,7 @@ def made_from(shots: tuple[Shot, ...], settings: Settings) -> str:
     return total.hexdigest()
 
 
-def kept_outcome(folder: Path, key: str) -> Outcome | None:
+def load_kept_outcome(folder: Path, key: str) -> Outcome | None:
     """Return the outcome whose model is in the folder, if it was made from the same."""
     record = _record(folder)
     return record.outcome if record is not None and record.made_from == key else None
@@ -249,7 +249,7 @@ def check_keep(folder: Path) -> None:
 
 
 def _write_record(folder: Path, record: KeptModel) -> None:
-    write_whole(folder / RECORD, TypeAdapter(KeptModel).dump_json(record, indent=1) + b"\n")
+    write_atomically(folder / RECORD, TypeAdapter(KeptModel).dump_json(record, indent=1) + b"\n")
 
 
 def _record(folder: Path) -> KeptModel | None:

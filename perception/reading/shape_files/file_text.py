@@ -60,7 +60,7 @@ def parse_rows(
         return np.asarray(flat.reshape(-1, columns), dtype=np.float64)
     for number, words, row in zip(numbers, cut, rows, strict=False):
         if len(words) < columns or parse_numbers(b" ".join(words)) is None:
-            raise shape.bad_row(number, row, what)
+            raise shape.describe_bad_row(number, row, what)
     raise shape.error(f"has a {what} that is none; export the mesh again")
 
 

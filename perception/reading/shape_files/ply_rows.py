@@ -129,7 +129,7 @@ def parse_ply_header(data: bytes, shape: ShapeFile) -> PlyHeader:
     line_end = find_line_end(data[:end])
     start = data.find(line_end, end)
     if start < 0:
-        raise shape.truncation("ends with its header")
+        raise shape.describe_truncation("ends with its header")
     lines = data[:end].splitlines()
     found = FORMAT.search(b"\n".join(lines))
     order = ORDERS.get(found[1].decode()) if found else None
@@ -145,9 +145,11 @@ def parse_ply_header(data: bytes, shape: ShapeFile) -> PlyHeader:
                     elements.append(PlyElement(element, int(count)))
                     continue
                 case ["property", "list", length, kind, field] if elements:
-                    new = PlyProperty(field, _type(order, kind), _type(order, length))
+                    new = PlyProperty(
+                        field, _make_ply_dtype(order, kind), _make_ply_dtype(order, length)
+                    )
                 case ["property", kind, field] if elements:
-                    new = PlyProperty(field, _type(order, kind))
+                    new = PlyProperty(field, _make_ply_dtype(order, kind))
                 case ["element" | "property", *_]:
                     raise ValueError
                 case _:
@@ -162,7 +164,7 @@ def parse_ply_header(data: bytes, shape: ShapeFile) -> PlyHeader:
     return PlyHeader(not order, tuple(elements), body, len(lines) + 2)
 
 
-def _type(order: str, kind: str) -> np.dtype[Any]:
+def _make_ply_dtype(order: str, kind: str) -> np.dtype[Any]:
     found = TYPES[kind]
     return np.dtype(order + found if order else "f8")  # of text see _pack_text
 
@@ -243,7 +245,7 @@ def _pack_text(text: bytes, header: PlyHeader, shape: ShapeFile) -> _Bytes:
     if numbers is None:
         rows = enumerate(text.split(b"\n"), header.line)
         number, row = next((k, row) for k, row in rows if parse_numbers(row) is None)
-        raise shape.bad_row(number, row, "row of numbers")
+        raise shape.describe_bad_row(number, row, "row of numbers")
     return _Bytes(np.asarray(numbers, dtype=np.float64).tobytes(), b"")
 
 
@@ -256,7 +258,7 @@ def _find_all_rows(
         place = rows.end
     if elements and source.body[place:].strip(source.fill):
         counts = " and ".join(f"{element.count} rows of {element.name}" for element in elements)
-        raise shape.inconsistency(f"more follows than the {counts} that its header counts")
+        raise shape.describe_inconsistency(f"more follows than the {counts} that its header counts")
     return found
 
 
@@ -271,7 +273,7 @@ def _find_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile
     if element.count * least > len(source) - place:
         held = (len(source) - place) // least
         if held == 0 or any(field.count_kind is not None for field in fields):
-            raise shape.false_claim(f"{element.count} rows of {element.name}")
+            raise shape.describe_false_claim(f"{element.count} rows of {element.name}")
         raise _is_cut(element, held, shape)
     # most elements have no list, or lists of one length
     offsets, firsts, width = list[int](), list[int | None](), 0
@@ -326,7 +328,9 @@ def _walk_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile
                 raise _is_cut(element, row, shape)
             length = source.integer(place, count_kind)
             if length < 0:
-                raise shape.inconsistency(f"{element.name} {row} has a list of impossible length")
+                raise shape.describe_inconsistency(
+                    f"{element.name} {row} has a list of impossible length"
+                )
             place += head
             starts.append(place)
             lengths.append(length)
@@ -344,4 +348,4 @@ def _walk_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile
 
 def _is_cut(element: PlyElement, row: int, shape: ShapeFile) -> InputError:
     rows = f"{row} of {element.count} rows of {element.name}"
-    return shape.truncation(f"ends after {rows}: claims more than it holds")
+    return shape.describe_truncation(f"ends after {rows}: claims more than it holds")

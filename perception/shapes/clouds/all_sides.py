@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.shapes.clouds.lines_of_sight import MOST_PLACES
 from facetlog.perception.space.flooding import OPEN_SHARE, is_empty_shell
 from facetlog.perception.types import FloatArray
@@ -22,7 +22,7 @@ from facetlog.perception.types import FloatArray
 WAYS_ROUND = 96
 
 
-def things_round_a_sensor(
+def find_things_round_sensor(
     points: FloatArray,
     bodies: NDArray[np.intp],
     seen_from: FloatArray | None,
@@ -44,12 +44,12 @@ def things_round_a_sensor(
         own = points[bodies == body]
         low, high = own.min(axis=0), own.max(axis=0)
         within = places[((places > low) & (places < high)).all(axis=1)]
-        if any(_goes_round(own, points, place, up) for place in within):
+        if any(_is_round(own, points, place, up) for place in within):
             found.append(body)
     return tuple(found)
 
 
-def _goes_round(
+def _is_round(
     own: FloatArray, points: FloatArray, place: FloatArray, up: FloatArray | None
 ) -> bool:
     """Return whether a thing, of its `own` points (k, 3) of all, and no room, goes round a
@@ -57,7 +57,7 @@ def _goes_round(
     """
     rays = own - place
     ways = rays / np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
-    directions = even_directions(WAYS_ROUND)
+    directions = make_even_directions(WAYS_ROUND)
     asked = np.ones(len(directions), dtype=bool) if up is None else directions @ up > 0.0
     closed = np.zeros(len(directions), dtype=bool)
     closed[cKDTree(directions).query(ways)[1]] = True
@@ -85,10 +85,10 @@ def covers_all_sides(points: FloatArray, *, noise: float, spacing: float) -> boo
     """Return whether more of points (n, 3) is hidden from every direction than in a view from one
     side.
     """
-    return least_hidden(points, noise=noise, spacing=spacing) > HIDDEN_SHARE
+    return compute_least_hidden(points, noise=noise, spacing=spacing) > HIDDEN_SHARE
 
 
-def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
+def compute_least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
     """Return the share of points (n, 3) hidden behind others, from the direction where it is
     smallest.
 
@@ -98,13 +98,13 @@ def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
     gap = max(GAP_SDS * noise, GAP_CELLS * width)
     shares = [
         share
-        for way in even_directions(DIRECTIONS, lowest=0.0)
+        for way in make_even_directions(DIRECTIONS, lowest=0.0)
         for share in _hidden(points, way, width, gap)
     ]
     return min(shares)
 
 
-def even_directions(count: int, lowest: float = -1.0) -> FloatArray:
+def make_even_directions(count: int, lowest: float = -1.0) -> FloatArray:
     """Return `count` unit vectors (count, 3) evenly over the sphere above a height, along a
     spiral.
     """
@@ -117,7 +117,7 @@ def even_directions(count: int, lowest: float = -1.0) -> FloatArray:
 
 def _hidden(points: FloatArray, way: FloatArray, width: float, gap: float) -> tuple[float, float]:
     """Return shares of points hidden when seen along the direction `way`, and against it."""
-    flat = points @ plane_axes(way, np.roll(way, 1)).T
+    flat = points @ make_plane_axes(way, np.roll(way, 1)).T
     cells = np.floor((flat - flat.min(axis=0)) / width).astype(np.int64)
     cell = cells[:, 0] * (int(cells[:, 1].max()) + 1) + cells[:, 1]
     depth = points @ way

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.signal import find_peaks
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
 from facetlog.perception.types import FloatArray
 
@@ -49,7 +49,7 @@ RIM = 2
 KNOWN_SHARE = 0.5
 
 
-def levels_by_height(
+def find_levels_by_height(
     points: FloatArray, up: FloatArray, known: NDArray[np.bool_], *, noise: float, spacing: float
 ) -> Iterator[NDArray[np.intp]]:
     """Yield rows of points (n, 3) on each level that faces up, those of most points first.
@@ -73,7 +73,7 @@ def levels_by_height(
             continue  # where noise is little, a wall has as many heights as points
         held, over = columns.counts(rows), columns.counts(columns.between(top, clear))
         level = (held >= LEAST_HELD) & (held >= CLEAR_RATIO * over)
-        roof = columns.lowest_from(clear)
+        roof = columns.find_lowest_from(clear)
         for part in _parts(level.reshape(columns.shape), LEAST_SHARE * columns.taken):
             members = rows[part.ravel()[columns.column[rows]]]
             free[members] = False
@@ -123,7 +123,7 @@ class _Columns:
     def of(cls, points: FloatArray, up: FloatArray, width: float) -> "_Columns":
         """Return columns so wide through points (n, 3)."""
         height = points @ up
-        plan = points @ plane_axes(up, np.roll(up, 1)).T
+        plan = points @ make_plane_axes(up, np.roll(up, 1)).T
         places = np.floor((plan - plan.min(axis=0)) / width).astype(np.intp)
         shape = (int(places[:, 0].max()) + 1, int(places[:, 1].max()) + 1)
         column = places @ np.array([shape[1], 1])
@@ -140,7 +140,7 @@ class _Columns:
         """Return how many of some points are in each column."""
         return np.bincount(self.column[rows], minlength=self.shape[0] * self.shape[1])
 
-    def lowest_from(self, low: float) -> FloatArray:
+    def find_lowest_from(self, low: float) -> FloatArray:
         """Return the height at which there is surface from `low` on, in a column or one next to it.
 
         It is inf where there is none: in one column alone points may be missing by chance.

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import Delaunay, KDTree, QhullError
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import find_intersection, join_triangles
 from facetlog.perception.shapes.clouds.cloud_planes import CloudPlane, CloudPlanes
-from facetlog.perception.shapes.clouds.neighbourhoods import k_nearest
+from facetlog.perception.shapes.clouds.neighbourhoods import find_k_nearest
 from facetlog.perception.shapes.clouds.straight_sides import (
     CUT,
     JAG,
     SideLine,
-    meeting_corners,
-    side_lines,
+    find_meeting_corners,
+    fit_side_lines,
     squared,
 )
 from facetlog.perception.shapes.regions.flat_region import PlaneFrame
@@ -50,7 +50,7 @@ RIM_DENSITY = 0.62
 GRID = 1e-6
 
 
-def covered_area(
+def find_covered_area(
     flat: FloatArray, spacing: FloatArray, noise: float = 0.0
 ) -> tuple[tuple[shapely.Polygon, ...], float]:
     """Return polygons that points (n, 2) cover, largest first, and the median spacing they rest on.
@@ -76,7 +76,7 @@ def covered_area(
         return (), typical
     # A point that is sparse by its neighbourhood's chance must not let a real gap be bridged.
     reach = ALPHA * np.minimum(spacing, 2.0 * typical)[triangles].mean(axis=1)
-    kept_triangles = flat[triangles[_circumradius(flat[triangles]) <= reach]]
+    kept_triangles = flat[triangles[_compute_circumradius(flat[triangles]) <= reach]]
     if not len(kept_triangles):
         return (), typical
     whole = join_triangles(kept_triangles)
@@ -85,7 +85,7 @@ def covered_area(
     opened = closed.buffer(-width, join_style="mitre").buffer(width, join_style="mitre")
     both = find_intersection(opened, closed, grid_size=GRID * typical)
     pieces = [p for p in shapely.get_parts(both) if p.geom_type == "Polygon"]
-    pieces = [_without_pinholes(p, HOLE * typical) for p in pieces if p.area > 0.0]
+    pieces = [_drop_pinholes(p, HOLE * typical) for p in pieces if p.area > 0.0]
     pieces.sort(key=lambda piece: -piece.area)
     return tuple(p for p in pieces if p.area >= PIECE_SHARE * pieces[0].area), typical
 
@@ -112,7 +112,7 @@ def _is_dense(flat: FloatArray, width: float) -> NDArray[np.bool_]:
     return dense
 
 
-def _circumradius(triangles: FloatArray) -> FloatArray:
+def _compute_circumradius(triangles: FloatArray) -> FloatArray:
     """Return radii (n,) of the circles through corners (n, 3, 2): r = abc / (4 area)."""
     sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
     (ax, ay), (bx, by) = np.moveaxis(triangles[:, 1:] - triangles[:, :1], (1, 2), (0, 1))
@@ -121,7 +121,7 @@ def _circumradius(triangles: FloatArray) -> FloatArray:
     return radius
 
 
-def _without_pinholes(polygon: shapely.Polygon, width: float) -> shapely.Polygon:
+def _drop_pinholes(polygon: shapely.Polygon, width: float) -> shapely.Polygon:
     holes = [r for r in polygon.interiors if not shapely.Polygon(r).buffer(-width / 2.0).is_empty]
     return shapely.Polygon(polygon.exterior, holes)
 
@@ -168,7 +168,7 @@ def _frame_of(plane: CloudPlane, points: FloatArray) -> PlaneFrame:
     middle = own.mean(axis=0)
     origin = middle - plane.plane.distance(middle) * plane.plane.normal
     spread = np.linalg.eigh((own - middle).T @ (own - middle))[1][:, -1]
-    return PlaneFrame(origin, plane_axes(plane.plane.normal, spread))
+    return PlaneFrame(origin, make_plane_axes(plane.plane.normal, spread))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -189,7 +189,7 @@ class _Neighbours:
             tuple(KDTree(points[plane.members]) for plane in planes),
         )
 
-    def snapped(self, line: SideLine, own: int, frame: PlaneFrame, spacing: float) -> SideLine:
+    def snap_side(self, line: SideLine, own: int, frame: PlaneFrame, spacing: float) -> SideLine:
         """Return the side moved to where its plane meets another's, if it lies there; else as it
         is.
         """
@@ -213,7 +213,7 @@ class _Neighbours:
         for k in near[np.argsort(np.abs(gaps[:, near]).mean(axis=0), kind="stable")].tolist():
             on_line = frame.lift(probes - gaps[:, [k]] * slopes[k])
             tree = self.trees[steep[k]]
-            far = k_nearest(tree, on_line, 1, within=float(reaches[k]))[0]
+            far = find_k_nearest(tree, on_line, 1, within=float(reaches[k]))[0]
             if np.isfinite(far).mean() < SNAP_SHARE:
                 continue
             direction = np.array([-slopes[k, 1], slopes[k, 0]])
@@ -242,7 +242,7 @@ def _pieces(
     plane = found.planes[nth]
     frame = _frame_of(plane, points)
     flat = frame.flatten(points[plane.members])
-    areas, spacing = covered_area(flat, found.spacing[plane.members], plane.rms)
+    areas, spacing = find_covered_area(flat, found.spacing[plane.members], plane.rms)
     for area in areas:
         outline = _ring(area.exterior, nth, frame, spacing, neighbours)
         holes = [
@@ -250,7 +250,7 @@ def _pieces(
         ]
         if len(outline) < 3:
             continue
-        shape = _sound(outline, [hole for hole in holes if len(hole) >= 3], area, spacing)
+        shape = _make_sound(outline, [hole for hole in holes if len(hole) >= 3], area, spacing)
         beyond = max(spacing, NOISE_SDS * plane.rms)
         held = shapely.contains_xy(shape.buffer(beyond), flat[:, 0], flat[:, 1])
         shape = shapely.geometry.polygon.orient(shape)
@@ -263,7 +263,7 @@ def _pieces(
         )
 
 
-def _sound(
+def _make_sound(
     outline: FloatArray, holes: Sequence[FloatArray], area: shapely.Polygon, spacing: float
 ) -> shapely.Polygon:
     """Return the polygon of straight sides if it is valid and covers the area; else the simplified
@@ -291,6 +291,6 @@ def _ring(
     it.
     """
     around = shapely.geometry.polygon.orient(shapely.Polygon(ring))
-    lines = side_lines(shapely.get_coordinates(around.exterior), spacing, inwards=is_hole)
-    lines = tuple(neighbours.snapped(line, nth, frame, spacing) for line in lines)
-    return meeting_corners(squared(lines, spacing), spacing) if lines else np.zeros((0, 2))
+    lines = fit_side_lines(shapely.get_coordinates(around.exterior), spacing, inwards=is_hole)
+    lines = tuple(neighbours.snap_side(line, nth, frame, spacing) for line in lines)
+    return find_meeting_corners(squared(lines, spacing), spacing) if lines else np.zeros((0, 2))

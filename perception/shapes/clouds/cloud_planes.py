@@ -15,10 +15,15 @@ from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.neighbourhoods import (
     LEAST_SIZE,
     Neighbourhoods,
-    k_nearest,
+    find_k_nearest,
     neighbourhoods,
 )
-from facetlog.perception.shapes.clouds.plane_growth import CURVED, WARP, grown_regions, width_along
+from facetlog.perception.shapes.clouds.plane_growth import (
+    CURVED,
+    WARP,
+    grow_regions,
+    measure_width_along,
+)
 from facetlog.perception.types import FloatArray
 
 # Fewer points have no meaningful neighbourhood.
@@ -85,7 +90,7 @@ class CloudPlanes:
     spacing: FloatArray
 
 
-def least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plane, float]:
+def fit_least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plane, float]:
     """Return the total-least-squares plane through points (n, 3), n > 3, with its covariance, and
     the rms.
 
@@ -102,7 +107,7 @@ def least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plan
     normal, v, u = axes.T
     height = local @ normal
     variance = max(float(height @ height) / max(count - 3, 1), least_sd**2)
-    shared = _shared_error(local @ u, local @ v, height, variance)
+    shared = _estimate_shared_error(local @ u, local @ v, height, variance)
     slopes = variance * shared / (count * np.maximum(variances[[2, 1]], 1e-300))
     columns = np.zeros((4, 3))
     for nth, axis in enumerate((u, v)):
@@ -112,7 +117,9 @@ def least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plan
     return Plane(normal, float(-normal @ middle), cov), float(np.sqrt(variance))
 
 
-def _shared_error(x: FloatArray, y: FloatArray, height: FloatArray, variance: float) -> float:
+def _estimate_shared_error(
+    x: FloatArray, y: FloatArray, height: FloatArray, variance: float
+) -> float:
     """Return how many times more the means of heights over blocks vary than independent
     errors' do.
     """
@@ -144,21 +151,21 @@ def cloud_planes(points: FloatArray) -> CloudPlanes:
     centre = points.mean(axis=0)
     points = points - centre  # so that coordinates far from the origin keep their digits
     first = near = neighbourhoods(points)
-    nearest = k_nearest(first.tree, points, OFFERS)[1]
+    nearest = find_k_nearest(first.tree, points, OFFERS)[1]
     left, closest = np.arange(count), nearest
     for size in (first.size, first.size // 2, LEAST_SIZE):
-        found, curved = _one_pass(points[left], near, closest)
+        found, curved = _find_planes_once(points[left], near, closest)
         owner[left] = np.where(found >= 0, found + int(owner.max()) + 1, -1)
         left = left[(found < 0) & ~curved]
         if size < LEAST_SIZE or len(left) < max(LEAST_LEFT * size, LEAST_LEFT_SHARE * count):
             break
         near = neighbourhoods(points[left], size=size, noise=first.noise)
-        closest = k_nearest(near.tree, points[left], OFFERS)[1]
+        closest = find_k_nearest(near.tree, points[left], OFFERS)[1]
     owner = _joined(points, owner, first)
     return _numbered(points, centre, owner, first, nearest[:, 0])
 
 
-def _one_pass(
+def _find_planes_once(
     points: FloatArray, near: Neighbourhoods, nearest: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     """Return the number of the plane of each point (n,), -1: none, and whether it is on a curved
@@ -166,15 +173,15 @@ def _one_pass(
 
     `nearest` (n, k) are the nodes nearest to each point.
     """
-    labels = np.append(grown_regions(near), -1)  # the last is that of no node
+    labels = np.append(grow_regions(near), -1)  # the last is that of no node
     rim = np.flatnonzero((labels[nearest] < 0).any(axis=1))
-    rim_nearest = _nodes_at_rim(points[rim], points, near, labels[:-1])
+    rim_nearest = _find_nodes_at_rim(points[rim], points, near, labels[:-1])
     owner = labels[nearest[:, 0]]
     for _ in range(ROUNDS):
         planes = _fitted(points, owner, near.noise, int(labels.max(initial=-1)) + 1)
-        noise = _noise_at_nodes(points, near, labels, planes)
-        owner = _dealt(points, nearest, labels, planes, noise)
-        owner[rim] = _dealt(points[rim], rim_nearest, labels, planes, noise)
+        noise = _estimate_noise_at_nodes(points, near, labels, planes)
+        owner = _deal_points(points, nearest, labels, planes, noise)
+        owner[rim] = _deal_points(points[rim], rim_nearest, labels, planes, noise)
     return _split_layers(points, owner, near.noise), (labels[nearest] == CURVED).any(axis=1)
 
 
@@ -192,15 +199,15 @@ def _split_layers(points: FloatArray, owner: NDArray[np.intp], noise: float) -> 
         rows = np.flatnonzero(owner == label)
         if len(rows) < 2 * LEAST_MEMBERS:
             continue
-        plane, rms = least_squares_plane(points[rows])
+        plane, rms = fit_least_squares_plane(points[rows])
         if rms < LAYER_SDS * noise:
             continue
         height = plane.distance(points[rows])
-        bounds = _valley(height, rms)
+        bounds = _find_valley(height, rms)
         if bounds is None:
             continue
         above, below = (
-            _of_one_layer(points, part, noise)
+            _select_layer(points, part, noise)
             for part in (rows[height >= bounds[1]], rows[height <= bounds[0]])
         )
         if min(len(above), len(below)) < LEAST_MEMBERS:
@@ -212,18 +219,18 @@ def _split_layers(points: FloatArray, owner: NDArray[np.intp], noise: float) -> 
     return owner
 
 
-def _of_one_layer(points: FloatArray, rows: NDArray[np.intp], noise: float) -> NDArray[np.intp]:
+def _select_layer(points: FloatArray, rows: NDArray[np.intp], noise: float) -> NDArray[np.intp]:
     """Return the rows without those of a rim that ends at the layer."""
     for _ in range(ROUNDS):
         if len(rows) < LEAST_MEMBERS:
             return rows
-        height = least_squares_plane(points[rows])[0].distance(points[rows])
-        sd = max(_half_sample_sd(height[None])[0], noise)
+        height = fit_least_squares_plane(points[rows])[0].distance(points[rows])
+        sd = max(_estimate_half_sample_sd(height[None])[0], noise)
         rows = rows[np.abs(height - np.median(height)) <= GATE_SDS * sd]
     return rows
 
 
-def _half_sample_sd(values: FloatArray) -> FloatArray:
+def _estimate_half_sample_sd(values: FloatArray) -> FloatArray:
     """Return the sd (m,) of each row of values (m, k) by the shortest half of it.
 
     What is of another face has no say. P. J. Rousseeuw, A. M. Leroy, "A robust scale estimator
@@ -288,7 +295,7 @@ class _Moments:
         return max(float(np.linalg.eigvalsh(spread)[0]), 0.0)
 
 
-def _valley(height: FloatArray, rms: float) -> tuple[float, float] | None:
+def _find_valley(height: FloatArray, rms: float) -> tuple[float, float] | None:
     """Return from where to where there are next to no heights (n,), amid two layers of many."""
     step = LAYER_BIN * rms
     low = float(height.min()) - 3.0 * step
@@ -307,7 +314,7 @@ def _valley(height: FloatArray, rms: float) -> tuple[float, float] | None:
     return low + step * float(inside[0]), low + step * float(inside[-1] + 1)
 
 
-def _noise_at_nodes(
+def _estimate_noise_at_nodes(
     points: FloatArray, near: Neighbourhoods, labels: NDArray[np.intp], planes: FloatArray
 ) -> FloatArray:
     """Return the sd of points off a node's plane near it, (m,), where it is clearly more than the
@@ -318,7 +325,7 @@ def _noise_at_nodes(
     noise = np.full(len(near.nodes), np.nan)
     for label, plane in enumerate(planes):
         own = np.flatnonzero(labels[:-1] == label)
-        noise[own] = _half_sample_sd(points[near.neighbours[own]] @ plane[:3])
+        noise[own] = _estimate_half_sample_sd(points[near.neighbours[own]] @ plane[:3])
     linked = np.where(labels[near.links] == labels[:-1, None], noise[near.links], np.nan)
     linked = np.sort(np.column_stack([noise, linked]), axis=1)  # what is not known comes last
     known = np.isfinite(linked).sum(axis=1)
@@ -326,7 +333,7 @@ def _noise_at_nodes(
     return np.where(middle > CLEARLY_NOISIER * near.noise, middle, 0.0)
 
 
-def _nodes_at_rim(
+def _find_nodes_at_rim(
     rim: FloatArray, points: FloatArray, near: Neighbourhoods, labels: NDArray[np.intp]
 ) -> NDArray[np.intp]:
     """Return nearest nodes (r, k) with a label, -1 where they are too far, of points (r, 3)."""
@@ -335,7 +342,7 @@ def _nodes_at_rim(
         return np.full((len(rim), 1), -1)
     reach = RIM_REACH * float(np.median(near.radius[labelled]))
     tree = KDTree(points[near.nodes[labelled]])
-    found = k_nearest(tree, rim, RIM_OFFERS, within=reach)[1]
+    found = find_k_nearest(tree, rim, RIM_OFFERS, within=reach)[1]
     return np.append(labelled, -1)[found]
 
 
@@ -353,14 +360,14 @@ def _fitted(points: FloatArray, owner: NDArray[np.intp], noise: float, count: in
     fits = np.zeros((count, 5))
     for nth, rows in enumerate(_members(owner, count)):
         if len(rows) > LEAST_MEMBERS:
-            plane, rms = least_squares_plane(points[rows])
+            plane, rms = fit_least_squares_plane(points[rows])
             # outliers must not widen their own gate beyond that of a warped sheet
-            warped = max(2.0 * noise, WARP / 2.0 * width_along(points[rows]))
+            warped = max(2.0 * noise, WARP / 2.0 * measure_width_along(points[rows]))
             fits[nth] = (*plane.normal, plane.offset, np.clip(rms, 0.5 * noise, warped))
     return fits
 
 
-def _dealt(
+def _deal_points(
     points: FloatArray,
     nearest: NDArray[np.intp],
     labels: NDArray[np.intp],
@@ -403,9 +410,9 @@ def _numbered(
     kept: list[CloudPlane] = []
     numbers = np.full(len(points), -1)
     for rows in sorted(groups, key=lambda rows: (-len(rows), int(rows[0]))):
-        if width_along(points[rows]) < LEAST_WIDTH * near.noise:
+        if measure_width_along(points[rows]) < LEAST_WIDTH * near.noise:
             continue
-        plane, rms = least_squares_plane(points[rows] + centre, rounding)
+        plane, rms = fit_least_squares_plane(points[rows] + centre, rounding)
         numbers[rows] = len(kept)
         kept.append(CloudPlane(plane, rows, rms))
     return CloudPlanes(tuple(kept), numbers, near.noise, near.spacing[nearest])

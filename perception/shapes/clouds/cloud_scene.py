@@ -10,30 +10,30 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import LEAST_POINTS, Cloud
 from facetlog.perception.scene import Plane, Scene, SightLines
-from facetlog.perception.shapes.clouds.all_sides import covers_all_sides, things_round_a_sensor
-from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
+from facetlog.perception.shapes.clouds.all_sides import covers_all_sides, find_things_round_sensor
+from facetlog.perception.shapes.clouds.cloud_levels import find_levels_by_height
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
 from facetlog.perception.shapes.clouds.cloud_planes import (
     CloudPlane,
     CloudPlanes,
     cloud_planes,
-    least_squares_plane,
+    fit_least_squares_plane,
 )
-from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, outer_sides
+from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, find_outer_sides
 from facetlog.perception.shapes.clouds.lines_of_sight import (
     SightTest,
     View,
     find_sheets,
     find_view,
 )
-from facetlog.perception.shapes.clouds.neighbourhoods import k_nearest
+from facetlog.perception.shapes.clouds.neighbourhoods import find_k_nearest
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.floor_and_walls import (
     HELD_OTHERWISE,
     FacedSurface,
     Up,
     find_up,
-    up_from_cameras,
+    find_up_from_cameras,
 )
 from facetlog.perception.shapes.regions.point_bodies import (
     cluster_bodies,
@@ -41,7 +41,7 @@ from facetlog.perception.shapes.regions.point_bodies import (
     is_scatter,
     majority,
 )
-from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, unit_vector
+from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, make_unit_vector
 from facetlog.perception.types import FloatArray
 
 # A face's own points are within so many sd of its plane: none of a million is further.
@@ -51,7 +51,7 @@ NOISE_SDS = 5.0
 RIM_SDS = 4.0
 
 
-def off_faces(
+def find_points_off_faces(
     points: FloatArray,
     bodies: NDArray[np.intp],
     regions: Iterable[FlatRegion],
@@ -119,7 +119,7 @@ class _Work:
         for number, outline in enumerate(outlines):
             owner[outline.members] = number
         planes = [found.planes[outline.region].plane for outline in outlines]
-        looked, stretch = _some_rows(np.arange(len(cloud.points)))
+        looked, stretch = _choose_rows(np.arange(len(cloud.points)))
         return cls(cloud, found, outlines, planes, owner, looked, stretch)
 
     def look_off(self, around: Collection[int]) -> tuple["_Work", float]:
@@ -129,7 +129,7 @@ class _Work:
         on_things = ~np.isin(self.owner, list(around))
         if not around or not on_things.any():
             return self, float(np.median(self.found.spacing)) * self.stretch
-        things, stretch = _some_rows(np.flatnonzero(on_things))
+        things, stretch = _choose_rows(np.flatnonzero(on_things))
         looked = np.sort(np.concatenate([things, self.looked[~on_things[self.looked]]]))
         spacing = float(np.median(self.found.spacing[things])) * stretch
         return replace(self, looked=looked, stretch=stretch), spacing
@@ -143,7 +143,7 @@ class _Work:
         cameras.
         """
         cloud = self.cloud
-        held = None if cloud.camera_ups is None else up_from_cameras(cloud.camera_ups)
+        held = None if cloud.camera_ups is None else find_up_from_cameras(cloud.camera_ups)
         rough = up if up is not None else None if held is None else held.direction
         # where lines of sight say which side of a wall is seen, a room's corner is one
         metric = metric and cloud.seen_from is None and cloud.sensor_places is None
@@ -214,11 +214,11 @@ class _Work:
         sheets, body_of = [], []
         for body in range(int(about.bodies.max(initial=-1)) + 1):
             own = np.flatnonzero(about.bodies == body)
-            for members in levels_by_height(
+            for members in find_levels_by_height(
                 about.points[own], up, known[own], noise=found.noise, spacing=about.spacing
             ):
                 rows = self.looked[own[members]]
-                plane, rms = least_squares_plane(points[rows])
+                plane, rms = fit_least_squares_plane(points[rows])
                 upwards = float(plane.normal @ up) > 0.0
                 sheets.append(CloudPlane(plane if upwards else plane.flipped(), rows, rms))
                 body_of.append(body)
@@ -263,7 +263,9 @@ class _Work:
             areas = areas[some] * (len(kept) / MOST_REST)
             kept = kept[some]
         free, own = looked[kept], bodies[kept]
-        off = off_faces(points[free], own, regions, noise=self.found.noise, spacing=spacing)
+        off = find_points_off_faces(
+            points[free], own, regions, noise=self.found.noise, spacing=spacing
+        )
         areas[~off] = 0.0  # noise of faces, whose area counts already
         outwards = np.zeros((len(free), 3)) if normals is None else normals[free]
         return Rest(points[free], outwards, areas, own.astype(np.float64))
@@ -280,11 +282,11 @@ def _refusals(view: View) -> tuple[str, ...]:
     )
 
 
-def _seen_from_outside(about: Surroundings, up: FloatArray | None) -> tuple[Surroundings, bool]:
+def _forget_inner_sensor(about: Surroundings, up: FloatArray | None) -> tuple[Surroundings, bool]:
     """Forget from where things that go round a sensor were seen; return whether there
     is one.
     """
-    found = things_round_a_sensor(about.points, about.bodies, about.seen_from, up)
+    found = find_things_round_sensor(about.points, about.bodies, about.seen_from, up)
     if about.seen_from is None or not found:
         return about, False
     seen_from = np.where(np.isin(about.bodies, found)[:, None], np.nan, about.seen_from)
@@ -301,7 +303,7 @@ def _covered(points: FloatArray, bodies: NDArray[np.intp], noise: float, spacing
     )
 
 
-def _some_rows(rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], float]:
+def _choose_rows(rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], float]:
     """Return the rows, or 20,000 of them at random, and how much further apart these are."""
     if len(rows) <= MOST_LOOKED_AT:
         return rows, 1.0
@@ -317,7 +319,7 @@ ACROSS = 128
 POINTS_OF_LINE = 4
 
 
-def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
+def make_scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
     """Return the lines of sight from each place that the cloud's points were seen from.
 
     Of all points in about one direction the nearest is kept: the space in front of it is free.
@@ -340,14 +342,14 @@ def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
         seen, rays, away = seen[ahead], rays[ahead], away[ahead]
         nearest_first = np.argsort(away, kind="stable")
         ways = rays / away[:, None]
-        direction = np.rint(_per_radian(ways) * ways)[nearest_first]
+        direction = np.rint(_count_per_radian(ways) * ways)[nearest_first]
         _, first = np.unique(direction, axis=0, return_index=True)
         if len(first):
             found.append(SightLines(place, seen[nearest_first[np.sort(first)]]))
     return tuple(found)
 
 
-def _per_radian(ways: FloatArray) -> float:
+def _count_per_radian(ways: FloatArray) -> float:
     """Return how many lines of sight to a radian there are among the directions (n, 3) of
     points.
     """
@@ -371,7 +373,7 @@ REACH_SPACINGS = 12.0
 SAMPLE = 500
 
 
-def without_strays(cloud: Cloud) -> Cloud:
+def drop_strays(cloud: Cloud) -> Cloud:
     """Return the cloud without the points that lie alone, and with a warning that counts them."""
     stray = find_strays(cloud.points)
     count = int(stray.sum())
@@ -398,7 +400,7 @@ def find_strays(points: FloatArray) -> NDArray[np.bool_]:
     if len(points) <= GROUP:
         return np.zeros(len(points), dtype=bool)
     sample = np.random.default_rng(0).permutation(len(points))[:SAMPLE]
-    far = k_nearest(KDTree(points), points[sample], GROUP + 1)[0][:, -1]
+    far = find_k_nearest(KDTree(points), points[sample], GROUP + 1)[0][:, -1]
     spacing = float(np.median(far)) * np.sqrt(np.pi / GROUP)
     if not spacing > 0.0:
         return np.zeros(len(points), dtype=bool)
@@ -406,7 +408,7 @@ def find_strays(points: FloatArray) -> NDArray[np.bool_]:
     return alone
 
 
-def scene_of_cloud(cloud: Cloud, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
+def make_cloud_scene(cloud: Cloud, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
     """Return the scene of a cloud, in its frame and unit of length; `metric` says that this is the
     metre.
 
@@ -417,11 +419,11 @@ def scene_of_cloud(cloud: Cloud, *, up: ArrayLike | None = None, metric: bool = 
     were seen, the scene has lines of sight. Points that lie alone are left out, and counted in a
     warning.
     """
-    cloud = without_strays(cloud)
+    cloud = drop_strays(cloud)
     work = _Work.of(cloud)
     outlines, planes = work.outlines, work.planes
     noise = np.array([max(work.found.noise, work.found.planes[o.region].rms) for o in outlines])
-    given = None if up is None else work.turn_up(unit_vector(up))
+    given = None if up is None else work.turn_up(make_unit_vector(up))
     level = work.find_up(given, metric=metric)
     around = () if level is None or level.floor is None else (level.floor, *level.around)
     work, spacing = work.look_off(around)
@@ -434,8 +436,8 @@ def scene_of_cloud(cloud: Cloud, *, up: ArrayLike | None = None, metric: bool = 
     view = work.find_view(level, bodies)
     if view.seen_from is not None:
         about = replace(about, seen_from=view.seen_from[work.looked], partly=view.partly)
-    about, round_sensor = _seen_from_outside(about, direction)
-    sides = outer_sides(planes, body_of, about, around=around, up=direction)
+    about, round_sensor = _forget_inner_sensor(about, direction)
+    sides = find_outer_sides(planes, body_of, about, around=around, up=direction)
     if sides.is_place_wrong and view.seen_from is not None:
         known = np.isfinite(view.seen_from).all(axis=1)
         view = View(None, refused=tuple(np.unique(view.seen_from[known], axis=0)))
@@ -469,4 +471,4 @@ def scene_of_cloud(cloud: Cloud, *, up: ArrayLike | None = None, metric: bool = 
         whole=whole,
         warnings=(*cloud.warnings, *said),
     )
-    return replace(scene, sights=scan_sights(replace(cloud, seen_from=view.seen_from)))
+    return replace(scene, sights=make_scan_sights(replace(cloud, seen_from=view.seen_from)))

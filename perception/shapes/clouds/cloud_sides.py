@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.scene import Plane
 from facetlog.perception.space.flooding import is_empty_shell
 from facetlog.perception.types import FloatArray
@@ -67,7 +67,7 @@ class OuterSides:
     wrong_normals: tuple[int, ...]
 
 
-def outer_sides(
+def find_outer_sides(
     planes: Sequence[Plane],
     body_of: Sequence[int],
     about: Surroundings,
@@ -93,10 +93,10 @@ def outer_sides(
         if number in around:
             inwards[number] = 1 if float(face.plane.distance(about.points).mean()) > 0.0 else -1
         elif len(face.rows):
-            free[number] = face.freer_side()
+            free[number] = face.find_freer_side()
         if len(face.rows):
-            seen[number] = face.seen_side()
-            by_normals[number] = face.side_of_normals()
+            seen[number] = face.find_seen_side()
+            by_normals[number] = face.find_side_of_normals()
     weights = np.array([len(face.rows) for face in faces])
     is_place_wrong = False
     # where the normals of a floor look down, the others may, too
@@ -115,7 +115,7 @@ def outer_sides(
     signs = np.where(seen != 0, seen, np.where(by_normals != 0, by_normals, free))
     signs = np.where(inwards != 0, inwards, signs)
     for number in np.flatnonzero(signs == 0).tolist():
-        signs[number] = faces[number].likelier_side(up)
+        signs[number] = faces[number].find_likelier_side(up)
     return OuterSides(signs, bool(is_place_wrong), tuple(wrong))
 
 
@@ -162,7 +162,7 @@ def _is_room(body: int, about: Surroundings) -> bool:
     return any(not is_empty_shell(own, about.points, place) for place in within)
 
 
-def _sign_of(mean: float) -> int:
+def _get_clear_sign(mean: float) -> int:
     return 0 if abs(mean) < AGREEMENT else 1 if mean > 0.0 else -1
 
 
@@ -180,7 +180,7 @@ class _Face:
         """Points farther than this from the plane are not on it."""
         return OFF_PLANE_SDS * float(self.about.noise[self.region])
 
-    def seen_side(self) -> int:
+    def find_seen_side(self) -> int:
         """Return the side that most points were seen from; 0 where that is not known."""
         seen_from = self.about.seen_from
         if seen_from is None:
@@ -194,21 +194,21 @@ class _Face:
         turn = np.abs(height) / np.maximum(away, 1e-300)
         extent = float(np.linalg.norm(np.ptp(points, axis=0)))
         clear = turn * extent > EDGE_ON_SPACINGS * self.about.spacing + self.off
-        return _sign_of(float((np.sign(height) * clear).mean()))
+        return _get_clear_sign(float((np.sign(height) * clear).mean()))
 
-    def side_of_normals(self) -> int:
+    def find_side_of_normals(self) -> int:
         """Return the side that the file's normals look to; 0 where they do not agree."""
         if self.about.normals is None:
             return 0
         own = self.about.normals[self.rows]
         known = (own @ self.plane.normal)[own.any(axis=1)]
-        return _sign_of(float(known.mean())) if len(known) else 0
+        return _get_clear_sign(float(known.mean())) if len(known) else 0
 
-    def freer_side(self) -> int:
+    def find_freer_side(self) -> int:
         """Return the side from which rays go clearly further before they meet other surface; 0 if
         none.
         """
-        paths = self._free_paths()
+        paths = self._measure_free_paths()
         # a ray that meets nothing is as long as the whole cloud
         longest = float(np.linalg.norm(np.ptp(self.about.points, axis=0)))
         ahead, back = (np.minimum(path, longest).mean() for path in paths)
@@ -216,11 +216,11 @@ class _Face:
             return 1
         return -1 if back > CLEARLY_FREE * ahead else 0
 
-    def likelier_side(self, up: FloatArray | None) -> int:
+    def find_likelier_side(self, up: FloatArray | None) -> int:
         """Return the side with less of the same object, else the upper one, else away from the
         middle.
         """
-        sign = self._emptier_side() if len(self.rows) else 1
+        sign = self._find_emptier_side() if len(self.rows) else 1
         if not sign and up is not None:
             sign = int(np.sign(np.round(float(self.plane.normal @ up), 1)))
         if not sign:
@@ -228,12 +228,12 @@ class _Face:
             sign = 1 if float(self.plane.distance(middle)) <= 0.0 else -1
         return sign
 
-    def _free_paths(self) -> tuple[FloatArray, FloatArray]:
+    def _measure_free_paths(self) -> tuple[FloatArray, FloatArray]:
         """Return lengths of rays from cells of the face to other surface, before and behind it;
         inf: none.
         """
         points = self.about.points
-        axes = plane_axes(self.plane.normal, np.roll(self.plane.normal, 1))
+        axes = make_plane_axes(self.plane.normal, np.roll(self.plane.normal, 1))
         width = max(CELL_SPACINGS * self.about.spacing, 1e-300)
         own = points[self.rows] @ axes.T
         low, high = own.min(axis=0), own.max(axis=0)
@@ -253,7 +253,7 @@ class _Face:
             paths.append(nearest[used])
         return paths[0], paths[1]
 
-    def _emptier_side(self) -> int:
+    def _find_emptier_side(self) -> int:
         """Return the side with less of the face's own object; 0 where both have about as much."""
         about = self.about
         body = np.bincount(about.bodies[self.rows] + 1).argmax() - 1

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline
@@ -60,7 +60,7 @@ def find_sheets(
     """
     sheets = []
     for outline, plane in zip(outlines, planes, strict=True):
-        axes = plane_axes(plane.normal, np.roll(plane.normal, 1))
+        axes = make_plane_axes(plane.normal, np.roll(plane.normal, 1))
         polygon = PlaneFrame(np.zeros(3), axes).polygon(outline.outline, outline.holes)
         apart = float(np.median(spacing[outline.members]))
         covered = polygon.buffer(-(RIM_SPACINGS * apart + OFF_PLANE_SDS * noise))
@@ -149,7 +149,9 @@ def find_view(
         return View(None)
     points = cloud.points[looked]
     for place in cloud.sensor_places:
-        if test.is_possible(place) and not _partly_seen(test.find_hidden(points, place), bodies):
+        if test.is_possible(place) and not _find_partly_seen(
+            test.find_hidden(points, place), bodies
+        ):
             return View(np.broadcast_to(place, cloud.points.shape))
     return View(None, refused=tuple(cloud.sensor_places))
 
@@ -170,13 +172,13 @@ def _check_stated(
     refused = [not (is_sure or test.is_possible(place)) for place in places]
     kept = seen_from.copy()
     kept[np.flatnonzero(known)[np.isin(of_place.ravel(), np.flatnonzero(refused))]] = np.nan
-    partly = _partly_seen(test.find_hidden(points[looked], kept[looked]), bodies)
+    partly = _find_partly_seen(test.find_hidden(points[looked], kept[looked]), bodies)
     if partly:
         kept[test.find_hidden(points, kept)] = np.nan
     return View(kept, () if is_sure else partly, tuple(places[refused]))
 
 
-def _partly_seen(hidden: NDArray[np.bool_], bodies: NDArray[np.intp]) -> tuple[int, ...]:
+def _find_partly_seen(hidden: NDArray[np.bool_], bodies: NDArray[np.intp]) -> tuple[int, ...]:
     """Return the objects, -1 for the ground, of which more points are hidden than noise can
     hide.
     """

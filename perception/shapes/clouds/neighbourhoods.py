@@ -71,7 +71,7 @@ class Neighbourhoods:
         return spacing
 
 
-def k_nearest(
+def find_k_nearest(
     tree: KDTree, points: FloatArray, count: int, *, within: float = np.inf
 ) -> tuple[FloatArray, NDArray[np.intp]]:
     """Return distances and rows (n, k) of the k = `count` points of a tree that are nearest to each
@@ -84,13 +84,13 @@ def k_nearest(
     return np.asarray(far, dtype=np.float64), np.asarray(near, dtype=np.intp)
 
 
-def _shapes(
+def _measure_neighbourhoods(
     points: FloatArray, tree: KDTree, rows: NDArray[np.intp], size: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.int32]]:
     """Return middles (m, 3), variances (m, 3) ascending, normals (m, 3), radii (m,), rows (m,
     size).
     """
-    far, near = k_nearest(tree, points[rows], size)
+    far, near = find_k_nearest(tree, points[rows], size)
     cluster = points[near]
     middles = cluster.mean(axis=1)
     cluster -= middles[:, None]
@@ -99,23 +99,25 @@ def _shapes(
     return middles, np.maximum(variances, 0.0), axes[:, :, 0], far[:, -1], near.astype(np.int32)
 
 
-def _fitting_size(points: FloatArray, tree: KDTree, sample: NDArray[np.intp]) -> int:
+def _choose_size(points: FloatArray, tree: KDTree, sample: NDArray[np.intp]) -> int:
     """Return the least size with certain enough normals, else the one with the most certain."""
     allowed = [size for size in SIZES if size <= len(points) // 4] or [max(4, len(points) // 4)]
     turns = []
     for size in allowed:
-        turns.append(_normal_turn(points, tree, sample, size))
+        turns.append(_measure_normal_turn(points, tree, sample, size))
         if turns[-1] <= SURE_NORMAL:
             break
     return allowed[int(np.argmin(turns))]
 
 
-def _normal_turn(points: FloatArray, tree: KDTree, sample: NDArray[np.intp], size: int) -> float:
+def _measure_normal_turn(
+    points: FloatArray, tree: KDTree, sample: NDArray[np.intp], size: int
+) -> float:
     """Return the median angle (radians) between normals of neighbourhoods that overlap by about
     half.
     """
     furthest = np.asarray(tree.query(points[sample], k=[size])[1], dtype=np.intp)[:, 0]
-    one, two = (_shapes(points, tree, rows, size)[2] for rows in (sample, furthest))
+    one, two = (_measure_neighbourhoods(points, tree, rows, size)[2] for rows in (sample, furthest))
     cosines = np.abs(np.einsum("ij,ij->i", one, two))
     return float(np.arccos(min(1.0, float(np.median(cosines)))))
 
@@ -126,11 +128,11 @@ def _noise(points: FloatArray, thickness: FloatArray, width: FloatArray) -> floa
     """
     flat = thickness <= FLAT_ENOUGH * width
     rounding = ROUNDING * float(np.linalg.norm(np.ptp(points, axis=0)))
-    grid = float(_grid_steps(points, rounding).max() / np.sqrt(12.0))
+    grid = float(_find_grid_steps(points, rounding).max() / np.sqrt(12.0))
     return max(float(np.median(thickness[flat] if flat.any() else thickness)), rounding, grid)
 
 
-def _grid_steps(points: FloatArray, rounding: float) -> FloatArray:
+def _find_grid_steps(points: FloatArray, rounding: float) -> FloatArray:
     """Return steps (3,) of the grid that coordinates of points (n, 3) lie on; 0 where they lie on
     none.
 
@@ -164,16 +166,18 @@ def neighbourhoods(
     shuffled = np.random.default_rng(0).permutation(count)
     sample = shuffled[:SAMPLE]
     if size is None:
-        size = _fitting_size(points, tree, sample)
+        size = _choose_size(points, tree, sample)
     kept = min(count, max(FEW_POINTS, OVERLAP * count // size))
     nodes = np.sort(shuffled[:kept]) if kept < count else np.arange(count)
-    middles, variances, normals, radius, neighbours = _shapes(points, tree, nodes, size)
+    middles, variances, normals, radius, neighbours = _measure_neighbourhoods(
+        points, tree, nodes, size
+    )
     thickness = np.sqrt(variances[:, 0])
     if noise is None:
         noise = _noise(points, thickness, np.sqrt(variances[:, 1]))
     own = points[nodes]
     node_tree = tree if kept == count else KDTree(own)
-    links = k_nearest(node_tree, own, LINKS + 1)[1][:, 1:]
+    links = find_k_nearest(node_tree, own, LINKS + 1)[1][:, 1:]
     return Neighbourhoods(
         nodes,
         own,

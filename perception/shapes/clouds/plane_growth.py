@@ -60,15 +60,15 @@ SMOOTH_WAY = float(np.cos(np.deg2rad(30.0)))
 SPREADS = 16
 
 
-def grown_regions(near: Neighbourhoods) -> NDArray[np.intp]:
+def grow_regions(near: Neighbourhoods) -> NDArray[np.intp]:
     """Return the number of the flat region of each node, (m,); -1: none, CURVED: of a curved
     surface.
     """
     growth = _Growth(near)
     growth.run()
     # pieces of a cylinder must not be joined to a sheet before they are recognised
-    labels, narrow = _without_curves(near, growth.labels)
-    labels, wide = _without_curves(near, _merged(near, labels))
+    labels, narrow = _mark_curves(near, growth.labels)
+    labels, wide = _mark_curves(near, _merged(near, labels))
     return _kept(near, _spread_curves(near, labels, [*narrow, *wide]))
 
 
@@ -242,7 +242,7 @@ def _is_curved(places: FloatArray, noise: float) -> bool:
     return False
 
 
-def width_along(places: FloatArray) -> float:
+def measure_width_along(places: FloatArray) -> float:
     """Return the narrower extent of points (n, 3) along their plane, as that of an even
     rectangle.
     """
@@ -251,21 +251,21 @@ def width_along(places: FloatArray) -> float:
 
 def _is_sliver(near: Neighbourhoods, rows: NDArray[np.intp]) -> bool:
     """Return whether nodes are only the rounded-off edge between two faces."""
-    width = width_along(near.middles[rows])
+    width = measure_width_along(near.middles[rows])
     thick = float(np.median(near.thickness[rows])) > SLIVER_THICKNESS * near.noise
     return thick and width < float(np.median(near.radius[rows]))
 
 
-def _curved_strips(near: Neighbourhoods, labels: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+def _find_curved_strips(near: Neighbourhoods, labels: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     """Return nodes of each region that is a piece of a curved surface."""
     return [rows for rows in _members(labels).values() if _is_curved(near.places[rows], near.noise)]
 
 
-def _without_curves(
+def _mark_curves(
     near: Neighbourhoods, labels: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
     """Return labels in which pieces of a curved surface are CURVED, and the nodes of each piece."""
-    strips = _curved_strips(near, labels)
+    strips = _find_curved_strips(near, labels)
     flat = labels.copy()
     for rows in strips:
         flat[rows] = CURVED
@@ -283,12 +283,12 @@ def _spread_curves(
     are too narrow to be curved by themselves. What is wider than the widest strip that is curved
     by itself would have been curved by itself as well: a face next to a rounded edge is not.
     """
-    widest = max((width_along(near.places[rows]) for rows in strips), default=0.0)
+    widest = max((measure_width_along(near.places[rows]) for rows in strips), default=0.0)
     labels = labels.copy()
     narrow = {
         label: (rows, _Sheet.through(near, rows).normal)
         for label, rows in _members(labels).items()
-        if width_along(near.places[rows]) <= widest
+        if measure_width_along(near.places[rows]) <= widest
     }
     for _ in range(SPREADS):
         curved = labels == CURVED

@@ -56,7 +56,9 @@ class SideLine:
         return distance
 
 
-def side_lines(ring: FloatArray, spacing: float, *, inwards: bool = False) -> tuple[SideLine, ...]:
+def fit_side_lines(
+    ring: FloatArray, spacing: float, *, inwards: bool = False
+) -> tuple[SideLine, ...]:
     """Return sides of a counter-clockwise ring (n, 2); `inwards` for a hole's, which points are
     around.
     """
@@ -98,7 +100,7 @@ def _corners(ring: FloatArray, spacing: float) -> FloatArray:
         if gap <= RECTANGLE_JAG * spacing:
             return _loop(box)
     simple = shapely.simplify(polygon, JAG * spacing, preserve_topology=True)
-    return _without_chamfers(_loop(simple), SHORTEST * spacing)
+    return _drop_chamfers(_loop(simple), SHORTEST * spacing)
 
 
 def _loop(polygon: shapely.Polygon) -> FloatArray:
@@ -107,7 +109,7 @@ def _loop(polygon: shapely.Polygon) -> FloatArray:
     return rim[:-1]
 
 
-def _without_chamfers(corners: FloatArray, shortest: float) -> FloatArray:
+def _drop_chamfers(corners: FloatArray, shortest: float) -> FloatArray:
     """Return corners in which short sides between two that meet are one corner, or the middle of
     both.
     """
@@ -162,13 +164,13 @@ def squared(lines: tuple[SideLine, ...], spacing: float) -> tuple[SideLine, ...]
     return tuple(turned)
 
 
-def meeting_corners(lines: tuple[SideLine, ...], spacing: float) -> FloatArray:
+def find_meeting_corners(lines: tuple[SideLine, ...], spacing: float) -> FloatArray:
     """Return corners (k, 2) of the ring whose sides lie on the lines.
 
     Where two in succession do not meet near the place where the ring turned, as parallel ones do
     not, both end there, and a short side joins them.
     """
-    lines = _without_cuts(lines, CUT * spacing)
+    lines = _drop_cuts(lines, CUT * spacing)
     corners: list[FloatArray] = []
     for nth, line in enumerate(lines):
         before = lines[nth - 1]
@@ -183,10 +185,10 @@ def meeting_corners(lines: tuple[SideLine, ...], spacing: float) -> FloatArray:
         if np.linalg.norm(ends[0] - ends[1]) <= JAG * spacing:
             ends = [(ends[0] + ends[1]) / 2.0]
         corners.extend(ends)
-    return _straightened(np.array(corners), JAG * spacing)
+    return _drop_straight_corners(np.array(corners), JAG * spacing)
 
 
-def _without_cuts(lines: tuple[SideLine, ...], longest: float) -> tuple[SideLine, ...]:
+def _drop_cuts(lines: tuple[SideLine, ...], longest: float) -> tuple[SideLine, ...]:
     """Return sides without short ones between two that are fixed, or much longer, and meet near
     them.
     """
@@ -211,7 +213,7 @@ def _is_cut(lines: tuple[SideLine, ...], nth: int, longest: float) -> bool:
     return met is not None and float(np.linalg.norm(met - line.start)) <= longest
 
 
-def _straightened(corners: FloatArray, jag: float) -> FloatArray:
+def _drop_straight_corners(corners: FloatArray, jag: float) -> FloatArray:
     """Return corners without those on the line between their neighbours, within a tenth of
     `jag`.
     """

@@ -16,9 +16,9 @@ from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.ragged import Indices, group_sums, joined
+from facetlog.perception.ragged import Indices, joined, sum_by_group
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
-from facetlog.perception.shapes.regions.surface_samples import MOST_CELLS, cells_of
+from facetlog.perception.shapes.regions.surface_samples import MOST_CELLS, number_cells
 from facetlog.perception.types import FloatArray
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
@@ -90,12 +90,12 @@ def clean_mesh(mesh: Mesh) -> Surface:
     if not size > grain:
         raise InputError(f"{mesh.name}: all corners are in one place; export the mesh again")
     points = mesh.vertices - centre
-    slack = _slack(points, mesh.triangles, size, grain)
-    points, triangles, slack = _welded(points, mesh.triangles, used, slack)
+    slack = _compute_slack(points, mesh.triangles, size, grain)
+    points, triangles, slack = _weld_points(points, mesh.triangles, used, slack)
     a, b, c = triangles.T
     three = (a != b) & (b != c) & (c != a)
     rows = np.flatnonzero(three)
-    rows = rows[_first_of_doubles(triangles[rows])]
+    rows = rows[_find_first_of_doubles(triangles[rows])]
     triangles = triangles[rows]
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normals = cross(b - a, c - a)
@@ -103,19 +103,19 @@ def clean_mesh(mesh: Mesh) -> Surface:
     longest = np.maximum.reduce([_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))])
     solid = double > slack[triangles].min(axis=1) * longest
     lost = np.concatenate((np.flatnonzero(~three), rows[~solid]))
-    warnings = _what_is_lost(mesh, lost, 0.5 * float(double[solid].sum()))
+    warnings = _check_lost_triangles(mesh, lost, 0.5 * float(double[solid].sum()))
     triangles, normals, double = triangles[solid], normals[solid], double[solid]
     normals /= double[:, None]
-    surface = _wound(points, triangles, normals, 0.5 * double, centre, size)
+    surface = _wind_surface(points, triangles, normals, 0.5 * double, centre, size)
     return replace(surface, name=mesh.name, warnings=warnings, step=mesh.step)
 
 
-def rebuilt(surface: Surface, triangles: Indices) -> Surface:
+def rebuild_surface(surface: Surface, triangles: Indices) -> Surface:
     """Return the surface with these triangles (m, 3) between its points, wound anew."""
     a, b, c = (surface.points[triangles[:, k]] for k in range(3))
     normals = cross(b - a, c - a)
     double = np.maximum(_lengths(normals), 1e-300)
-    made = _wound(
+    made = _wind_surface(
         surface.points,
         triangles,
         normals / double[:, None],
@@ -126,7 +126,9 @@ def rebuilt(surface: Surface, triangles: Indices) -> Surface:
     return replace(made, name=surface.name, warnings=surface.warnings, step=surface.step)
 
 
-def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatArray, FloatArray]:
+def find_boxes_round(
+    corners: FloatArray, part: Indices, count: int
+) -> tuple[FloatArray, FloatArray]:
     """Return the lowest and the highest corner (count, 3) of the box round each part; of triangles
     (m, 3, 3) `part` (m,) says which it is of.
     """
@@ -136,13 +138,13 @@ def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatAr
     return low, high
 
 
-def sizes_of(corners: FloatArray, part: Indices) -> FloatArray:
+def measure_part_sizes(corners: FloatArray, part: Indices) -> FloatArray:
     """Return the diagonal (m,) of the box round the part that each of triangles (m, 3, 3) is of."""
-    low, high = boxes_round(corners, part, int(part.max()) + 1)
+    low, high = find_boxes_round(corners, part, int(part.max()) + 1)
     return _lengths(high - low)[part]
 
 
-def _what_is_lost(mesh: Mesh, lost: Indices, left: float) -> tuple[str, ...]:
+def _check_lost_triangles(mesh: Mesh, lost: Indices, left: float) -> tuple[str, ...]:
     """Return a warning of the triangles left out, by their rows, where those were any share of the
     surface of which the area `left` is left; raises InputError where they were most of it, or all.
     """
@@ -169,7 +171,7 @@ def _lengths(vectors: FloatArray) -> FloatArray:
     return lengths
 
 
-def _slack(points: FloatArray, triangles: Indices, size: float, grain: float) -> FloatArray:
+def _compute_slack(points: FloatArray, triangles: Indices, size: float, grain: float) -> FloatArray:
     """Return how far each point (n,) may be from another that is the same, of a mesh of
     that size.
     """
@@ -182,7 +184,7 @@ def _slack(points: FloatArray, triangles: Indices, size: float, grain: float) ->
     return slack
 
 
-def _welded(
+def _weld_points(
     points: FloatArray, triangles: Indices, used: NDArray[np.bool_], slack: FloatArray
 ) -> tuple[FloatArray, Indices, FloatArray]:
     """Return points that are used, those within the slack (n,) of both made one, the triangles
@@ -195,7 +197,7 @@ def _welded(
     pairs = []
     for step in np.unique(steps).tolist():
         rows = np.flatnonzero(steps >= step)
-        own = _groups_within(where[rows], float(slack[steps == step].min()))
+        own = _group_within(where[rows], float(slack[steps == step].min()))
         first = np.unique(own, return_index=True)[1]
         pairs.append(np.column_stack([rows, rows[first[own]]]))
     label = joined(len(every), np.concatenate(pairs))[1]
@@ -207,13 +209,13 @@ def _welded(
     return where[first], number[triangles], finest
 
 
-def _groups_within(points: FloatArray, slack: float) -> Indices:
+def _group_within(points: FloatArray, slack: float) -> Indices:
     """Return the group (n,), numbered from 0, of each of points (n, 3) of which those within the
     slack are one.
     """
     extent = float(np.ptp(points, axis=0).max())
     if extent < MOST_CELLS * slack:
-        key = cells_of(points, points.min(axis=0), slack)
+        key = number_cells(points, points.min(axis=0), slack)
     else:
         key = np.ascontiguousarray(points + 0.0).view("V24").ravel()
     _, first, place = np.unique(key, return_index=True, return_inverse=True)
@@ -225,7 +227,7 @@ def _groups_within(points: FloatArray, slack: float) -> Indices:
     return groups
 
 
-def _first_of_doubles(triangles: Indices) -> Indices:
+def _find_first_of_doubles(triangles: Indices) -> Indices:
     """Return the rows of triangles (m, 3), the first one for each set of corners."""
     if not len(triangles):
         return np.zeros(0, dtype=np.int64)
@@ -239,7 +241,7 @@ def _first_of_doubles(triangles: Indices) -> Indices:
     return np.sort(first).astype(np.int64)
 
 
-def _wound(
+def _wind_surface(
     points: FloatArray,
     triangles: Indices,
     normals: FloatArray,
@@ -263,12 +265,12 @@ def _wound(
     closed = _closed(sheets, key)
     # 6 V = Σ a · (b × c), about the middle of each sheet
     count = len(closed)
-    low, high = boxes_round(points[triangles], sheets, count)
+    low, high = find_boxes_round(points[triangles], sheets, count)
     middles = (0.5 * (low + high))[sheets]
     a, b, c = (points[triangles[:, k]] - middles for k in range(3))
-    volumes = group_sums(sheets, np.einsum("ij,ij->i", a, cross(b, c)), count) / 6.0
+    volumes = sum_by_group(sheets, np.einsum("ij,ij->i", a, cross(b, c)), count) / 6.0
     sizes = _lengths(high - low)
-    sure = np.abs(volumes) > LEAST_VOLUME * sizes * group_sums(sheets, areas, count)
+    sure = np.abs(volumes) > LEAST_VOLUME * sizes * sum_by_group(sheets, areas, count)
     outside_in = (closed & sure & (volumes < 0.0))[sheets]
     _, corner_groups = joined(len(points), np.concatenate((triangles[:, :2], triangles[:, 1:])))
     return Surface(

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices, joined
-from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, boxes_round
+from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, find_boxes_round
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
 from facetlog.perception.types import FloatArray
 
@@ -57,9 +57,9 @@ class _Parts:
     @classmethod
     def of(cls, corners: FloatArray, part: Indices, count: int, name: str) -> "_Parts":
         """Return sample triangles (m, 3, 3) of the mesh called `name`, `part` (m,) of `count`."""
-        low, high = boxes_round(corners, part, count)
+        low, high = find_boxes_round(corners, part, count)
         extents = np.sqrt(((high - low) ** 2).sum(axis=1))
-        pairs = _boxes_near(low, high, GROWN * NEAR_SHARE * extents, name)
+        pairs = _find_near_boxes(low, high, GROWN * NEAR_SHARE * extents, name)
         largest = extents.copy()
         for one, two in (pairs.T, pairs.T[::-1]):
             np.maximum.at(largest, one, extents[two])
@@ -126,7 +126,7 @@ def find_bodies(surface: Surface, floor: NDArray[np.bool_] | None = None) -> Ind
     return bodies
 
 
-def _boxes_near(low: FloatArray, high: FloatArray, reach: FloatArray, name: str) -> Indices:
+def _find_near_boxes(low: FloatArray, high: FloatArray, reach: FloatArray, name: str) -> Indices:
     """Return pairs (k, 2) of boxes whose gap is within the longer reach of the two, those boxes
     being from `low` (p, 3) to `high` (p, 3); raises InputError, which names the mesh, for too many.
     """

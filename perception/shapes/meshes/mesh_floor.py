@@ -14,8 +14,8 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.ragged import by_group, group_sums, joined
+from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.ragged import iter_groups, joined, sum_by_group
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
@@ -78,7 +78,7 @@ class _Space:
             and length >= WALL_SHARE * float(np.ptp(self.floor_points @ along))
             and area >= WALL_FILL * length * height
             and abs(float(rim.max())) <= NEAR_SHARE * float(np.ptp(rim))
-            and self._area_beyond(plane, taken) <= BEYOND_SHARE * area
+            and self._measure_area_beyond(plane, taken) <= BEYOND_SHARE * area
         )
 
     def is_ceiling(self, plane: LargePlane, taken: NDArray[np.bool_], least: float) -> bool:
@@ -88,10 +88,10 @@ class _Space:
         return (
             area >= least
             and -float(plane.heights(middle[None])[0]) >= (1.0 - NEAR_SHARE) * self.height
-            and self._area_beyond(plane, taken) <= BEYOND_SHARE * area
+            and self._measure_area_beyond(plane, taken) <= BEYOND_SHARE * area
         )
 
-    def _area_beyond(self, plane: LargePlane, taken: NDArray[np.bool_]) -> float:
+    def _measure_area_beyond(self, plane: LargePlane, taken: NDArray[np.bool_]) -> float:
         surface = self.surface
         heights = plane.heights(surface.points)[surface.triangles].mean(axis=1)
         beyond = (heights > BUMPS * plane.slack) & ~taken & ~plane.triangles
@@ -107,8 +107,8 @@ def find_room(
     """
     floor_points = surface.points[np.unique(surface.triangles[floor])]
     height = float((surface.points[surface.triangles] @ up).max()) - level
-    plan = floor_points @ plane_axes(up, np.roll(up, 1)).T
-    if height < LEAST_ROOM or _breadth(plan) < LEAST_ROOM:
+    plan = floor_points @ make_plane_axes(up, np.roll(up, 1)).T
+    if height < LEAST_ROOM or _measure_breadth(plan) < LEAST_ROOM:
         return ()
     space = _Space(surface, up, level, floor_points, height)
     upright = np.abs(surface.normals @ up) <= UPRIGHT
@@ -150,7 +150,7 @@ def leftovers(
         heights = plane.heights(surface.points)
         bumps |= (np.abs(heights) <= BUMPS * plane.slack)[surface.triangles].all(axis=1)
         apart = (heights < -BUMPS * plane.slack) | (heights > reach)
-        part |= group_sums(piece, apart[surface.triangles].any(axis=1), count) == 0.0
+        part |= sum_by_group(piece, apart[surface.triangles].any(axis=1), count) == 0.0
     return (part[piece] | bumps) & left
 
 
@@ -158,7 +158,7 @@ def _directions(
     surface: Surface, upright: NDArray[np.bool_], up: FloatArray
 ) -> Iterator[FloatArray]:
     """Yield level directions (3,) along which most upright surface points, either way."""
-    axes = plane_axes(up, np.roll(up, 1))
+    axes = make_plane_axes(up, np.roll(up, 1))
     flat = surface.normals[upright] @ axes.T
     areas = surface.areas[upright]
     turn = np.arctan2(flat[:, 1], flat[:, 0]) % np.pi
@@ -182,7 +182,7 @@ def _directions(
         smooth[np.abs(np.sin((np.arange(BINS) - best) * np.pi / BINS)) <= UPRIGHT] = 0.0
 
 
-def _breadth(plan: FloatArray) -> float:
+def _measure_breadth(plan: FloatArray) -> float:
     """Return the least breadth of points (n, 2) over a quarter of 32 directions."""
     turns = np.arange(32) * np.pi / 32
     ways = np.column_stack([np.cos(turns), np.sin(turns)])
@@ -263,7 +263,7 @@ def find_surroundings(
     `samples` are of the whole surface. `metric` says that lengths are metres: without them nothing
     is a room.
     """
-    for floor in _floors(surface, up):
+    for floor in _iter_floors(surface, up):
         level = -floor.offset
         choices: list[tuple[LargePlane, ...]] = [(floor,)]
         if metric and (walls := find_room(surface, floor.triangles, level, up)):
@@ -271,7 +271,7 @@ def find_surroundings(
         for planes in choices:
             triangles = np.any([plane.triangles for plane in planes], axis=0)
             triangles |= leftovers(surface, triangles, planes)
-            triangles &= ~_solids_inside(surface, triangles)
+            triangles &= ~_find_solids_inside(surface, triangles)
             if _is_empty_room(samples, triangles, planes, up) or _is_floor(
                 surface, samples, triangles, floor, up, room=len(planes) > 1
             ):
@@ -290,31 +290,31 @@ def _is_empty_room(
     walls = np.array([plane.normal for plane in planes[1:]]).reshape(-1, 3)
     if not len(walls) or (np.abs(walls @ up) > UPRIGHT).any():
         return False
-    x, y = plane_axes(up, np.roll(up, 1)) @ walls.T
+    x, y = make_plane_axes(up, np.roll(up, 1)) @ walls.T
     turns = np.sort(np.arctan2(y, x))
     gaps = np.diff(turns, append=turns[0] + 2.0 * np.pi)
     left = float(samples.areas[~triangles[samples.triangles]].sum())
     return float(gaps.max()) <= ALL_ROUND and left <= LEAST_THING * float(samples.areas.sum())
 
 
-def _solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _find_solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return triangles (m,) of closed sheets of which less than half is taken: those of a box that
     stands at a wall, or on a floor, lie in its plane.
     """
     count = int(surface.sheets.max()) + 1
-    whole = group_sums(surface.sheets, surface.areas, count)
-    part = group_sums(surface.sheets, surface.areas * taken, count)
+    whole = sum_by_group(surface.sheets, surface.areas, count)
+    part = sum_by_group(surface.sheets, surface.areas * taken, count)
     few = (part < MOST_TAKEN * whole)[surface.sheets]
     apart: NDArray[np.bool_] = few & surface.closed
     return apart
 
 
-def _floors(surface: Surface, up: FloatArray) -> Iterator[LargePlane]:
+def _iter_floors(surface: Surface, up: FloatArray) -> Iterator[LargePlane]:
     """Yield candidates for the floor, their normals down: sheets apart from the rest, else the
     lowest of the level planes, which things may be one surface with.
     """
     count = int(surface.sheets.max()) + 1
-    level = _level_sheets(surface, up, count) if count > 1 else None
+    level = _find_level_sheets(surface, up, count) if count > 1 else None
     if level is not None:
         slack = RESOLUTION * surface.size
         yield LargePlane(-up, -level[1], slack, level[0][surface.sheets])
@@ -342,10 +342,10 @@ def _is_floor(
     above = floor.heights(samples.points) <= floor.slack
     if areas[above].sum() < ABOVE_SHARE * areas.sum():
         return False
-    axes = plane_axes(up, np.roll(up, 1))
+    axes = make_plane_axes(up, np.roll(up, 1))
     own = np.unique(surface.triangles[floor.triangles])
     try:
-        axes = _sides_of(surface.points[own] @ axes.T) @ axes
+        axes = _find_rectangle_sides(surface.points[own] @ axes.T) @ axes
         plan = surface.points @ axes.T
         outline = ConvexHull(plan[own])
     except (QhullError, ValueError):
@@ -356,9 +356,9 @@ def _is_floor(
     heights = -floor.heights(surface.points)
     bodies = find_bodies(surface, triangles)
     rows = np.flatnonzero(~triangles)
-    corners = (np.unique(surface.triangles[rows[each]]) for each in by_group(bodies[rows]))
+    corners = (np.unique(surface.triangles[rows[each]]) for each in iter_groups(bodies[rows]))
     things = [_Object(plan[each], heights[each]) for each in corners]
-    return _carries(things, low, high, outline, room=room)
+    return _is_carrying(things, low, high, outline, room=room)
 
 
 def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
@@ -367,7 +367,7 @@ def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
     return len(np.unique(np.floor((plan - low) / cell).astype(np.int64), axis=0)) * cell**2
 
 
-def _level_sheets(
+def _find_level_sheets(
     surface: Surface, up: FloatArray, count: int
 ) -> tuple[NDArray[np.bool_], float] | None:
     """Return which of the sheets could be the floor together, and the height of its upper side."""
@@ -375,7 +375,7 @@ def _level_sheets(
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     np.minimum.at(low, surface.sheets, corners.min(axis=1))
     np.maximum.at(high, surface.sheets, corners.max(axis=1))
-    plan = group_sums(surface.sheets, surface.areas * np.abs(surface.normals @ up), count)
+    plan = sum_by_group(surface.sheets, surface.areas * np.abs(surface.normals @ up), count)
     breadth = np.sqrt(plan)
     # a table's top is thin and may be larger than a tile, but is not at the bottom
     thin = (high - low <= THIN_SHARE * breadth) & (low - low.min() <= THIN_SHARE * surface.size)
@@ -393,7 +393,7 @@ def _level_sheets(
     return floor, float(high[first])
 
 
-def _sides_of(plan: FloatArray) -> FloatArray:
+def _find_rectangle_sides(plan: FloatArray) -> FloatArray:
     """Return unit vectors (2, 2) along the sides of the least rectangle round points (n, 2)."""
     hull = plan[ConvexHull(plan).vertices]
     rectangle = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(hull)))
@@ -404,7 +404,7 @@ def _sides_of(plan: FloatArray) -> FloatArray:
     return np.array([side, [-side[1], side[0]]])
 
 
-def _carries(
+def _is_carrying(
     things: list[_Object], low: FloatArray, high: FloatArray, outline: ConvexHull, *, room: bool
 ) -> bool:
     """Return whether the things stand on it as on a floor, not as parts on a base."""

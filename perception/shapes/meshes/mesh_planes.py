@@ -13,10 +13,10 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import find_enclosed_area, triangulate
-from facetlog.perception.ragged import Indices, by_group, joined
-from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, rebuilt
+from facetlog.perception.ragged import Indices, iter_groups, joined
+from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, rebuild_surface
 from facetlog.perception.shapes.meshes.surface_fit import Moments
 from facetlog.perception.types import FloatArray
 
@@ -69,7 +69,7 @@ def iter_planes(
         if not surface.areas[rows].sum() > LEAST_SHARE * total:
             return
         heights = surface.corners[rows].mean(axis=1) @ direction
-        core = rows[_mode(heights, surface.areas[rows], CORE_SHARE * total)]
+        core = rows[_find_mode(heights, surface.areas[rows], CORE_SHARE * total)]
         plane = _grown(surface, rows, core, direction)
         if float(surface.areas[rows[plane.triangles[rows]]].sum()) >= LEAST_SHARE * total:
             yield plane
@@ -78,7 +78,7 @@ def iter_planes(
         rows = rows[~taken[rows]]
 
 
-def _mode(heights: FloatArray, weights: FloatArray, least: float) -> Indices:
+def _find_mode(heights: FloatArray, weights: FloatArray, least: float) -> Indices:
     """Return where heights (n,) are densest: the indices of those within the shortest interval that
     holds half of all weight, and half of that, until no more than `least` is left.
     """
@@ -136,13 +136,13 @@ def cut_off(
     cut = _cut_edges(surface, taken)
     if not len(cut):
         return surface, taken
-    surface, caps = _capped(surface, ~taken, cut, planes)
+    surface, caps = _close_cuts(surface, ~taken, cut, planes)
     # the taken ones get corners of their own
     names, place = np.unique(surface.triangles[taken], return_inverse=True)
     triangles = surface.triangles.copy()
     triangles[taken] = len(surface.points) + place.reshape(-1, 3)
     apart = replace(surface, points=np.concatenate([surface.points, surface.points[names]]))
-    closed = rebuilt(apart, np.concatenate([triangles, caps]))
+    closed = rebuild_surface(apart, np.concatenate([triangles, caps]))
     return closed, np.concatenate([taken, np.zeros(len(caps), dtype=bool)])
 
 
@@ -161,7 +161,7 @@ def _edges(triangles: Indices) -> Indices:
     return np.sort(pairs, axis=1)
 
 
-def _capped(
+def _close_cuts(
     surface: Surface, left: NDArray[np.bool_], cut: Indices, planes: tuple[LargePlane, ...]
 ) -> tuple[Surface, Indices]:
     """Return the surface with its cut edges moved onto the planes, and triangles (k, 3) that close
@@ -177,12 +177,13 @@ def _capped(
         rim = np.unique(cut[on])
         points[rim] -= np.outer(plane.heights(points[rim]), plane.normal)
         found += (
-            _cap(points, cut[on][rows], plane.normal) for rows in by_group(groups[cut[on, 0]])
+            _make_cap(points, cut[on][rows], plane.normal)
+            for rows in iter_groups(groups[cut[on, 0]])
         )
     return replace(surface, points=points), np.concatenate(found)
 
 
-def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
+def _make_cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
     """Return triangles (k, 3) over the loops that edges (e, 2) make across a plane's normal."""
     names, place = np.unique(edges, return_inverse=True)
     place = place.reshape(-1, 2)
@@ -190,7 +191,7 @@ def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
     ends = np.flatnonzero(np.bincount(place.ravel(), minlength=len(names)) % 2 == 1)
     if len(ends) == 2:
         place = np.concatenate([place, ends[None]])
-    flat = points[names] @ plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T
+    flat = points[names] @ make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T
     # rough loops cross themselves where they are looked at along the normal
     noded = shapely.get_parts(shapely.node(shapely.multilinestrings(flat[place])))
     area = find_enclosed_area(np.array([line.coords for line in noded]))

@@ -17,8 +17,8 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facetlog.perception.ragged import Indices, by_group, group_sums, joined
-from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, sizes_of
+from facetlog.perception.ragged import Indices, iter_groups, joined, sum_by_group
+from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, measure_part_sizes
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments
 from facetlog.perception.types import FloatArray
 
@@ -83,14 +83,14 @@ def find_regions(surface: Surface, bodies: Indices, *, rough: bool = False) -> I
     `bodies` (m,) number the object of each triangle: it is judged against the size of that.
     Of a `rough` surface, as scanners write it, normals are averaged first.
     """
-    sizes = sizes_of(surface.corners, bodies)
+    sizes = measure_part_sizes(surface.corners, bodies)
     bends = _Bends.of(surface, sizes)
     everything = np.arange(len(surface.triangles))
-    whole = group_sums(bodies, surface.areas, int(bodies.max()) + 1)
+    whole = sum_by_group(bodies, surface.areas, int(bodies.max()) + 1)
     least = LEAST_AREA_SHARE * whole[bodies]
     flat = surface.links[bends.angles < FLAT + bends.slack]
     count, facets = joined(len(everything), flat)
-    areas = group_sums(facets, surface.areas, count)
+    areas = sum_by_group(facets, surface.areas, count)
     # Specks are not fitted. They stay with the piece that they are part of.
     rows = everything[areas[facets] >= least]
     labels = np.full(len(everything), -1, dtype=np.int64)
@@ -100,7 +100,7 @@ def find_regions(surface: Surface, bodies: Indices, *, rough: bool = False) -> I
         size = sizes[rows[first]]
         good = fits.rms <= np.maximum(FLAT_RMS_SHARE * fits.breadths, RESOLUTION * size)
         good &= fits.spreads <= FLAT_SPREAD
-        staves = _staves(surface, bends, facets, areas)[names]
+        staves = _find_staves(surface, bends, facets, areas)[names]
         staves &= fits.breadths < STAVE_BREADTH_SHARE * size
         labels[rows] = np.where((good & ~staves)[groups], groups, -1)
     _add_nearly_flat(surface, bends, labels, least, sizes if rough else None)
@@ -108,7 +108,7 @@ def find_regions(surface: Surface, bodies: Indices, *, rough: bool = False) -> I
     return dense.astype(np.int64) - int((labels < 0).any())
 
 
-def _staves(
+def _find_staves(
     surface: Surface, bends: _Bends, facets: Indices, sizes: FloatArray
 ) -> NDArray[np.bool_]:
     """Return which facets are cut from a curved surface: most of their outline bends into similar
@@ -126,7 +126,7 @@ def _staves(
     return around > STAVE_OUTLINE_SHARE * outline
 
 
-def _smoothed(surface: Surface, links: Indices, sizes: FloatArray) -> Surface:
+def _smooth_normals(surface: Surface, links: Indices, sizes: FloatArray) -> Surface:
     """Return the surface with normals averaged over links (k, 2) of triangles that are small in
     objects of `sizes` (m,): noise of a scanner turns its small triangles, and not what they lie in.
     """
@@ -137,7 +137,7 @@ def _smoothed(surface: Surface, links: Indices, sizes: FloatArray) -> Surface:
         weighted = surface.areas[:, None] * normals
         total = weighted.copy()
         count = len(total)
-        total += group_sums(one, weighted[two], count) + group_sums(two, weighted[one], count)
+        total += sum_by_group(one, weighted[two], count) + sum_by_group(two, weighted[one], count)
         normals = total / np.maximum(np.sqrt((total**2).sum(axis=1)), 1e-300)[:, None]
     return replace(surface, normals=normals)
 
@@ -152,31 +152,33 @@ def _add_nearly_flat(
     inner = left[surface.links].all(axis=1)
     smooth = surface.links[inner & (bends.angles < SMOOTH)]
     if sizes is not None:
-        surface = _smoothed(surface, smooth, sizes)
+        surface = _smooth_normals(surface, smooth, sizes)
     count, pieces = joined(len(labels), smooth)
-    sizes = group_sums(pieces, surface.areas, count)
+    sizes = sum_by_group(pieces, surface.areas, count)
     worth = left & (sizes[pieces] >= least)
     if not worth.any():
         return
-    ways = _ways(surface, pieces, worth)
+    ways = _find_ways(surface, pieces, worth)
     kept = (ways[smooth[:, 0]] == ways[smooth[:, 1]]) & (ways[smooth[:, 0]] >= 0)
     count, parts = joined(len(labels), smooth[kept])
-    sizes = group_sums(parts, surface.areas, count)
+    sizes = sum_by_group(parts, surface.areas, count)
     rows = np.flatnonzero(worth & (ways >= 0) & (sizes[parts] >= least))
     if not len(rows):
         return
     names, groups = np.unique(parts[rows], return_inverse=True)
     fits = Moments.of(surface, rows, groups, len(names)).fits()
-    good = _nearly_flat(surface, fits, rows, groups)
+    good = _find_nearly_flat(surface, fits, rows, groups)
     # what is left between two directions of a tube is narrow, and seems flat
-    good &= ~_staves(surface, bends, parts, sizes)[names]
+    good &= ~_find_staves(surface, bends, parts, sizes)[names]
     labels[rows] = np.where(good[groups], int(labels.max()) + 1 + groups, -1)
 
 
-def _nearly_flat(surface: Surface, fits: Fits, rows: Indices, groups: Indices) -> NDArray[np.bool_]:
+def _find_nearly_flat(
+    surface: Surface, fits: Fits, rows: Indices, groups: Indices
+) -> NDArray[np.bool_]:
     cosines = (surface.normals[rows] * fits.normals[groups]).sum(axis=1)
     steep = cosines < np.cos(NEARLY_FLAT)
-    share = group_sums(groups, surface.areas[rows] * steep, len(fits.areas))
+    share = sum_by_group(groups, surface.areas[rows] * steep, len(fits.areas))
     good: NDArray[np.bool_] = (
         (share <= LEAST_DIRECTION_SHARE * fits.areas)
         & (fits.spreads <= NEARLY_FLAT_SPREAD)
@@ -185,7 +187,7 @@ def _nearly_flat(surface: Surface, fits: Fits, rows: Indices, groups: Indices) -
     return good
 
 
-def _ways(surface: Surface, pieces: Indices, worth: NDArray[np.bool_]) -> Indices:
+def _find_ways(surface: Surface, pieces: Indices, worth: NDArray[np.bool_]) -> Indices:
     """Return the number (m,) of the direction that each triangle of a piece is taken to point
     along, or -1.
 
@@ -198,9 +200,9 @@ def _ways(surface: Surface, pieces: Indices, worth: NDArray[np.bool_]) -> Indice
     ways = np.full(len(pieces), -1, dtype=np.int64)
     rows = np.flatnonzero(worth)
     following = 0
-    for own in (rows[some] for some in by_group(pieces[rows])):
+    for own in (rows[some] for some in iter_groups(pieces[rows])):
         nearest = _nearest(candidates, surface.normals[own])
-        weights = group_sums(nearest, surface.areas[own], len(candidates))
+        weights = sum_by_group(nearest, surface.areas[own], len(candidates))
         centres: list[FloatArray] = []
         enough = LEAST_DIRECTION_SHARE * weights.sum()
         for _ in range(MOST_DIRECTIONS):

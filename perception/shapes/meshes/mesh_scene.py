@@ -8,32 +8,32 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.errors import InputError
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import (
     find_difference,
     find_enclosed_area,
     find_union,
     make_valid,
 )
-from facetlog.perception.ragged import Indices, by_group, group_sums
+from facetlog.perception.ragged import Indices, iter_groups, sum_by_group
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.clean_mesh import (
     MEND,
     MOST_LOST,
     Surface,
-    boxes_round,
     clean_mesh,
-    sizes_of,
+    find_boxes_round,
+    measure_part_sizes,
 )
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_surroundings
 from facetlog.perception.shapes.meshes.mesh_planes import cut_off
 from facetlog.perception.shapes.meshes.mesh_regions import find_regions
 from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE, Sides, find_sides
-from facetlog.perception.shapes.meshes.region_polygons import Piece, flat_pieces
+from facetlog.perception.shapes.meshes.region_polygons import Piece, find_flat_pieces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, PlaneFrame, Rest
-from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, unit_vector
+from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, make_unit_vector
 from facetlog.perception.shapes.regions.surface_samples import (
     Samples,
     sample_count,
@@ -70,8 +70,8 @@ class Solids:
         """Find the closed sheets of a surface whose triangles (m,) are of these objects."""
         rows = np.flatnonzero(surface.closed)
         sizes = np.zeros(int(bodies.max()) + 1)
-        sizes[bodies] = sizes_of(surface.corners, bodies)
-        groups = tuple(rows[own] for own in by_group(surface.sheets[rows]))
+        sizes[bodies] = measure_part_sizes(surface.corners, bodies)
+        groups = tuple(rows[own] for own in iter_groups(surface.sheets[rows]))
         corners = [surface.corners[own].reshape(-1, 3) for own in groups]
         first = np.array([own[0] for own in groups], dtype=np.intp)
         return cls(
@@ -84,7 +84,7 @@ class Solids:
             sizes,
         )
 
-    def uncovered(self, region: FlatRegion, own: Indices) -> Iterator[FlatRegion]:
+    def iter_uncovered(self, region: FlatRegion, own: Indices) -> Iterator[FlatRegion]:
         """Yield the parts of a region that no solid of its object covers, but those of the sheets
         `own`.
 
@@ -98,7 +98,7 @@ class Solids:
         if not near.any():
             yield region
             return
-        axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        axes = make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
         frame = PlaneFrame(np.zeros(3), axes)
         face = frame.polygon(region.outline, region.holes)
         distance = float(before[0] @ normal)
@@ -148,7 +148,7 @@ MANY_PARTS = 1_000
 (most_faces.py)."""
 
 
-def without_loose_strips(surface: Surface) -> Surface:
+def drop_loose_strips(surface: Surface) -> Surface:
     """Return the surface, of which narrow loose parts are left out if there are many parts.
 
     They are open, and narrower than its samples lie apart. Where they are most of it, they stay.
@@ -156,8 +156,8 @@ def without_loose_strips(surface: Surface) -> Surface:
     count = int(surface.bodies.max()) + 1
     if count <= MANY_PARTS:
         return surface
-    low, high = boxes_round(surface.corners, surface.bodies, count)
-    areas = group_sums(surface.bodies, surface.areas, count)
+    low, high = find_boxes_round(surface.corners, surface.bodies, count)
+    areas = sum_by_group(surface.bodies, surface.areas, count)
     # Of a triangle that is the height on its longest side; of a box much more than any width.
     widths = 2.0 * areas / np.sqrt(((high - low) ** 2).sum(axis=1))
     is_open = np.bincount(surface.bodies, ~surface.closed, minlength=count) > 0
@@ -197,7 +197,7 @@ MOST_LONE = 0.5
 REFERENCE = np.array([0.5377, 0.6172, 0.5743])
 
 
-def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
+def make_mesh_scene(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
     """Return the scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the
     metre.
 
@@ -205,17 +205,17 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     stand on, and in metres the room round them, are of no object. Raises InputError for a mesh
     without area, and for one in too many pieces.
     """
-    surface = without_loose_strips(clean_mesh(mesh))
+    surface = drop_loose_strips(clean_mesh(mesh))
     samples = _samples(surface)
     upwards = mesh.up if up is None else up
     around = None
     if upwards is not None:
-        around = find_surroundings(surface, samples, unit_vector(upwards), metric=metric)
+        around = find_surroundings(surface, samples, make_unit_vector(upwards), metric=metric)
     taken = None
     if around is not None:
         surface, taken = cut_off(surface, around.triangles, around.planes)
         samples = _samples(surface)
-    bodies = _by_area(surface, find_bodies(surface, taken), taken)
+    bodies = _number_by_area(surface, find_bodies(surface, taken), taken)
     labels = find_regions(surface, bodies, rough=around is not None and around.is_rough)
     _check_objects(surface, bodies[labels >= 0])
     connected, said = _connected(surface, bodies)
@@ -225,8 +225,8 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     sides = find_sides(surface, samples, bodies, pieces, int(pieces.max()) + 1)
     surface = _turned(surface, labels, pieces, sides)
     seen = np.where(sides.hidden[pieces], -1, labels)
-    sizes = sizes_of(surface.corners, bodies)
-    found = flat_pieces(surface, seen, 2 * bodies + sides.sheets[pieces], sizes)
+    sizes = measure_part_sizes(surface.corners, bodies)
+    found = find_flat_pieces(surface, seen, 2 * bodies + sides.sheets[pieces], sizes)
     flat = np.zeros(len(sides.hidden), dtype=bool)
     flat[[piece for f in found for piece in f.pieces]] = True
     rest = _rest(surface, bodies, ~flat[pieces] & ~sides.hidden[pieces], sides.sheets[pieces])
@@ -239,7 +239,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
         _moved(replace(left, body=-1) if left.body == none else left, surface.centre)
         for f in found
         for region in _faces_of(f, body_of, sides)
-        for left in solids.uncovered(region, surface.sheets[np.isin(pieces, f.pieces)])
+        for left in solids.iter_uncovered(region, surface.sheets[np.isin(pieces, f.pieces)])
     ]
     return assemble_scene(
         mesh.name,
@@ -295,7 +295,7 @@ def _connected(surface: Surface, bodies: Indices) -> tuple[bool, tuple[str, ...]
     )
 
 
-def _by_area(surface: Surface, bodies: Indices, taken: NDArray[np.bool_] | None) -> Indices:
+def _number_by_area(surface: Surface, bodies: Indices, taken: NDArray[np.bool_] | None) -> Indices:
     """Return the objects numbered by their surface, the largest first, but what is `taken` (m,)
     last.
     """
@@ -313,7 +313,7 @@ def _turned(surface: Surface, labels: Indices, pieces: Indices, sides: Sides) ->
     turn = sides.turned[pieces]
     normals = np.where(turn[:, None], -surface.normals, surface.normals)
     # of a sheet with two sides one is taken, the same for all pieces of a plane
-    means = group_sums(pieces, surface.areas[:, None] * normals, len(sides.sheets))
+    means = sum_by_group(pieces, surface.areas[:, None] * normals, len(sides.sheets))
     wrong = (sides.sheets & (means @ REFERENCE < 0.0))[pieces] & (labels >= 0)
     normals = np.where(wrong[:, None], -normals, normals)
     turn ^= wrong
@@ -356,7 +356,7 @@ def _rest(
     """
     parts: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     rows = np.flatnonzero(left)
-    for own in (rows[some] for some in by_group(bodies[rows])):
+    for own in (rows[some] for some in iter_groups(bodies[rows])):
         body = int(bodies[own[0]])
         whole = surface.points[surface.triangles[bodies == body].ravel()]
         spacing = REST_SPACING_SHARE * float(np.linalg.norm(np.ptp(whole, axis=0)))
@@ -366,9 +366,9 @@ def _rest(
         kept, place, areas = thinned(samples.points, samples.areas, group, spacing)
         outwards = np.where(sheets[triangle], 0.0, samples.areas)
         weighted = outwards[:, None] * surface.normals[triangle]
-        normals = group_sums(place, weighted, len(kept))
+        normals = sum_by_group(place, weighted, len(kept))
         # the middle of a cell's samples does not depend on their order
-        middles = group_sums(place, samples.areas[:, None] * samples.points, len(kept))
+        middles = sum_by_group(place, samples.areas[:, None] * samples.points, len(kept))
         lengths = np.sqrt((normals**2).sum(axis=1))
         normals = normals / np.where(lengths > 0.0, lengths, 1.0)[:, None]
         parts.append((middles / areas[:, None], normals, areas, np.full(len(kept), float(body))))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facetlog.perception.ragged import Indices, by_group, group_sums
+from facetlog.perception.ragged import Indices, iter_groups, sum_by_group
 from facetlog.perception.shapes.meshes.clean_mesh import Surface
 from facetlog.perception.shapes.regions.surface_samples import Samples, sample_triangles, thinned
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
@@ -67,7 +67,7 @@ def find_sides(
     front, back = np.ones(count), np.zeros(count)
     trusted = np.ones(count, dtype=bool)
     np.logical_and.at(trusted, pieces, surface.closed)
-    for own in by_group(bodies):
+    for own in iter_groups(bodies):
         if len(own) == 1:  # nothing stands before or behind a triangle by itself
             back[pieces[own]] = 1.0
             continue
@@ -104,20 +104,20 @@ def _sights(
     points, owner = samples.points[kept], owner[kept]
     normals = normals[samples.triangles[kept]]
     tree = cKDTree(points)
-    votes = _some_of_each(owner, count)
+    votes = _choose_some_of_each(owner, count)
     sights = []
     for sign in (1.0, -1.0):
         ahead = sign * normals[votes]
         seen = free.share(points[votes] + STAND_OFF * cube * ahead, ahead)
-        blocked = _faced(tree, points, normals, owner, votes, ahead, cube)
+        blocked = _find_faced(tree, points, normals, owner, votes, ahead, cube)
         seen = np.where(blocked, 0.0, seen)
-        weight = group_sums(owner[votes], areas[votes], count)
-        total = group_sums(owner[votes], areas[votes] * seen, count)
+        weight = sum_by_group(owner[votes], areas[votes], count)
+        total = sum_by_group(owner[votes], areas[votes] * seen, count)
         sights.append(total / np.maximum(weight, 1e-300))
     return sights[0], sights[1]
 
 
-def _some_of_each(owner: Indices, count: int) -> Indices:
+def _choose_some_of_each(owner: Indices, count: int) -> Indices:
     """Return indices of at most VOTES samples of each piece, spread evenly over them."""
     order = np.argsort(owner, kind="stable")
     members = np.bincount(owner, minlength=count)
@@ -128,7 +128,7 @@ def _some_of_each(owner: Indices, count: int) -> Indices:
     return some
 
 
-def _faced(
+def _find_faced(
     tree: cKDTree,
     points: FloatArray,
     normals: FloatArray,

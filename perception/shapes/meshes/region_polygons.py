@@ -10,12 +10,12 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import find_enclosed_area, find_union
-from facetlog.perception.ragged import Indices, by_group, group_sums, joined
+from facetlog.perception.ragged import Indices, iter_groups, joined, sum_by_group
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
-from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_plane
+from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, make_fitted_plane
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, PlaneFrame
 from facetlog.perception.types import FloatArray
 
@@ -43,7 +43,7 @@ class Piece:
     pieces: tuple[int, ...]
 
 
-def flat_pieces(
+def find_flat_pieces(
     surface: Surface, labels: Indices, owners: Indices, sizes: FloatArray
 ) -> tuple[Piece, ...]:
     """Return regions of the triangles with a label (m,) of 0 or more; `owners` (m,) is what may be
@@ -63,13 +63,13 @@ def flat_pieces(
     fits = moments.fits()
     owner, size = np.zeros(count, dtype=np.int64), np.zeros(count)
     owner[labels[rows]], size[labels[rows]] = owners[rows], sizes[rows]
-    planes = _coplanar(fits, owner, size)
+    planes = _join_coplanar(fits, owner, size)
     frames = moments.joined(planes, int(planes.max()) + 1).fits()
     loops = _Outlines.of(surface, labels, count)
     found: list[tuple[shapely.Polygon, PlaneFrame, tuple[int, ...]]] = []
-    for own in by_group(planes):
+    for own in iter_groups(planes):
         nth = int(planes[own[0]])
-        axes = plane_axes(frames.normals[nth], frames.axes[nth, 1])
+        axes = make_plane_axes(frames.normals[nth], frames.axes[nth, 1])
         frame = PlaneFrame(frames.middles[nth], axes)
         polygons = [loops.polygon(int(piece), frame) for piece in own]
         merged = _merged(polygons, own, float(size[own[0]]))
@@ -96,7 +96,7 @@ def _regions(
     pieces = []
     for nth, (polygon, frame, members) in enumerate(found):
         size = float(sizes[members[0]])
-        plane = fitted_plane(fits, nth, size, step)
+        plane = make_fitted_plane(fits, nth, size, step)
         corner_sd = float(max(fits.rms[nth], step / np.sqrt(12.0)))
         region = _region(polygon, frame, plane, corner_sd, size)
         if region is not None:
@@ -104,15 +104,15 @@ def _regions(
     return tuple(pieces)
 
 
-def _coplanar(fits: Fits, owner: Indices, sizes: FloatArray) -> Indices:
+def _join_coplanar(fits: Fits, owner: Indices, sizes: FloatArray) -> Indices:
     """Return the plane (r,) that each piece lies in, together with others of its owner, as large as
     it.
     """
     # offsets about the middle of each owner's, where the tilt matters least
     group = np.unique(owner, return_inverse=True)[1]
     count = int(group.max()) + 1
-    middles = group_sums(group, fits.areas[:, None] * fits.middles, count)
-    middles /= group_sums(group, fits.areas, count)[:, None]
+    middles = sum_by_group(group, fits.areas[:, None] * fits.middles, count)
+    middles /= sum_by_group(group, fits.areas, count)[:, None]
     offsets = (fits.normals * (fits.middles - middles[group])).sum(axis=1)
     flat = np.flatnonzero(fits.rms <= COPLANAR_SHARE * sizes)
     # owners lie further apart than what is in one plane
@@ -205,11 +205,11 @@ def _region(
         r for r in polygon.interiors if shapely.Polygon(r).area > LEAST_HOLE_SHARE * polygon.area
     ]
     polygon = shapely.Polygon(
-        _from_farthest(polygon.exterior), [_from_farthest(ring) for ring in holes]
+        _start_at_farthest(polygon.exterior), [_start_at_farthest(ring) for ring in holes]
     )
     slack = max(STRAIGHT_SHARE * extent, RESOLUTION * size)
     simple = polygon.simplify(slack)
-    while isinstance(simple, shapely.Polygon) and _most_corners(simple) > MOST_CORNERS:
+    while isinstance(simple, shapely.Polygon) and _count_most_corners(simple) > MOST_CORNERS:
         slack *= 1.5
         simple = polygon.simplify(slack)
     if not isinstance(simple, shapely.Polygon) or simple.is_empty or not simple.area > 0.0:
@@ -221,11 +221,11 @@ def _region(
     return FlatRegion(plane, *frame.lift_rings(simple, plane), sd)
 
 
-def _most_corners(polygon: shapely.Polygon) -> int:
+def _count_most_corners(polygon: shapely.Polygon) -> int:
     return max(len(ring.coords) - 1 for ring in (polygon.exterior, *polygon.interiors))
 
 
-def _from_farthest(ring: shapely.LinearRing) -> FloatArray:
+def _start_at_farthest(ring: shapely.LinearRing) -> FloatArray:
     """Return the ring (k, 2) from the corner that is farthest from its middle: simplifying keeps
     it.
     """

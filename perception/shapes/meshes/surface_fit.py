@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.ragged import Indices, group_sums
+from facetlog.perception.ragged import Indices, sum_by_group
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.types import FloatArray
@@ -60,10 +60,10 @@ class Moments:
         A triangle with corners v and area A has ∫ x xᵀ = A / 12 (Σ v vᵀ + (Σ v)(Σ v)ᵀ).
         """
         areas, triangles = surface.areas[rows], surface.triangles[rows]
-        whole = group_sums(groups, areas, count)
+        whole = sum_by_group(groups, areas, count)
         corners = [surface.points[triangles[:, k]] for k in range(3)]
         sums = corners[0] + corners[1] + corners[2]
-        middles = group_sums(groups, areas[:, None] * sums, count) / (3.0 * whole[:, None])
+        middles = sum_by_group(groups, areas[:, None] * sums, count) / (3.0 * whole[:, None])
         # about each group's own middle, else small groups far out lose their digits
         about = middles[groups]
         corners = [corner - about for corner in corners]
@@ -72,9 +72,9 @@ class Moments:
         for i in range(3):
             for j in range(i, 3):
                 square = sum((c[:, i] * c[:, j] for c in corners), start=np.zeros(len(rows)))
-                moment = group_sums(groups, areas * square, count) / 12.0
+                moment = sum_by_group(groups, areas * square, count) / 12.0
                 scatter[:, i, j] = scatter[:, j, i] = moment
-        normals = group_sums(groups, areas[:, None] * surface.normals[rows], count)
+        normals = sum_by_group(groups, areas[:, None] * surface.normals[rows], count)
         return cls(whole, middles, scatter, normals)
 
     def joined(self, groups: Indices, count: int) -> "Moments":
@@ -83,13 +83,13 @@ class Moments:
         """
         used = np.flatnonzero(groups >= 0)
         groups, areas = groups[used], self.areas[used]
-        whole = group_sums(groups, areas, count)
-        middles = group_sums(groups, areas[:, None] * self.middles[used], count) / whole[:, None]
+        whole = sum_by_group(groups, areas, count)
+        middles = sum_by_group(groups, areas[:, None] * self.middles[used], count) / whole[:, None]
         off = self.middles[used] - middles[groups]
         # ∫ about the common middle = ∫ about the own one + A (m - M)(m - M)ᵀ
         scatter = self.scatter[used] + areas[:, None, None] * off[:, :, None] * off[:, None]
-        flat = group_sums(groups, scatter.reshape(-1, 9), count).reshape(-1, 3, 3)
-        return Moments(whole, middles, flat, group_sums(groups, self.normals[used], count))
+        flat = sum_by_group(groups, scatter.reshape(-1, 9), count).reshape(-1, 3, 3)
+        return Moments(whole, middles, flat, sum_by_group(groups, self.normals[used], count))
 
     def fits(self) -> Fits:
         """Return the plane of each group."""
@@ -111,7 +111,7 @@ class Moments:
         )
 
 
-def fitted_plane(fits: Fits, group: int, size: float, step: float = 0.0) -> Plane:
+def make_fitted_plane(fits: Fits, group: int, size: float, step: float = 0.0) -> Plane:
     """Return the plane of one group with its covariance, about the surface's own middle.
 
     With sd the rms distance, not less than the resolution of `size`, nor than step / √12 where

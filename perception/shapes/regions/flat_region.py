@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import make_polygon
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
@@ -68,7 +68,7 @@ class FlatRegion:
     def frame(self) -> PlaneFrame:
         """Coordinates from its first corner, along its first side."""
         start = self.outline[0]
-        return PlaneFrame(start, plane_axes(self.plane.normal, self.outline[1] - start))
+        return PlaneFrame(start, make_plane_axes(self.plane.normal, self.outline[1] - start))
 
     def flipped(self) -> "FlatRegion":
         """Return the region seen from behind."""

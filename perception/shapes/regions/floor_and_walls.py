@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import find_union
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.regions.point_bodies import (
@@ -57,7 +57,7 @@ LEGS = 3
 SAME_HEIGHT = 0.05
 
 
-def surely_stand(things: Sequence[FloatArray], spacing: float) -> bool:
+def is_surely_standing(things: Sequence[FloatArray], spacing: float) -> bool:
     """Return whether one of the things, points (k, 3) with the height over the plane last, must
     stand on it; points on the surface are `spacing` apart.
     """
@@ -76,9 +76,12 @@ def _kind(thing: FloatArray, spacing: float) -> str:
     except (QhullError, ValueError):
         return ""
     outline = plan[hull.vertices]
-    if float(heights.min()) > GAP_SHARE * high or width_of(outline) < LEAST_BREADTH * high:
+    if (
+        float(heights.min()) > GAP_SHARE * high
+        or measure_hull_width(outline) < LEAST_BREADTH * high
+    ):
         return ""
-    length = float(hull.volume) / max(width_of(outline), 1e-300)  # of a rectangle
+    length = float(hull.volume) / max(measure_hull_width(outline), 1e-300)  # of a rectangle
     if high >= length:
         return "tall"
     cell = max(CELL_SPACINGS * spacing, length / MOST_CELLS)
@@ -95,7 +98,7 @@ def _kind(thing: FloatArray, spacing: float) -> str:
     return "on feet" if feet >= LEAST_FEET else ""
 
 
-def width_of(hull: FloatArray) -> float:
+def measure_hull_width(hull: FloatArray) -> float:
     """Return the least distance between two parallel lines that hold a convex polygon (k, 2)
     between them.
     """
@@ -197,7 +200,7 @@ class _Side:
 
     def outline(self, points: FloatArray) -> shapely.Geometry:
         """Return the hull of its points along its plane."""
-        axes = plane_axes(self.normal, np.roll(self.normal, 1))
+        axes = make_plane_axes(self.normal, np.roll(self.normal, 1))
         return _hull(points[self.own] @ axes.T)
 
 
@@ -217,7 +220,7 @@ def find_floors(
     for side in sides:
         if len(side.own) < least or (up is not None and float(side.normal @ up) < PARALLEL):
             continue
-        walls = _walls(surface, side, sides)
+        walls = _find_walls(surface, side, sides)
         is_room = metric and up is not None and _is_large(surface, side, walls)
         floor = _floor(surface, side, walls, up, is_room=is_room) if walls else None
         floor = floor or _floor(surface, side, [], up)
@@ -242,13 +245,13 @@ def _side(surface: FacedSurface, region: int) -> _Side | None:
     return _Side(region, sign * plane.normal, sign * height, own, off)
 
 
-def _walls(surface: FacedSurface, floor: _Side, sides: Sequence[_Side]) -> list[_Side]:
+def _find_walls(surface: FacedSurface, floor: _Side, sides: Sequence[_Side]) -> list[_Side]:
     """Return what may be walls round a floor, and a ceiling over it."""
     points = surface.points
     outline = floor.outline(points)
     if not outline.area > 0.0:
         return []
-    gap = GAP_SHARE * width_of(shapely.get_coordinates(outline.exterior)[:-1])
+    gap = GAP_SHARE * measure_hull_width(shapely.get_coordinates(outline.exterior)[:-1])
     found = []
     upright = False
     for side in sides:
@@ -276,7 +279,7 @@ def _is_large(surface: FacedSurface, floor: _Side, walls: Sequence[_Side]) -> bo
     outline = floor.outline(surface.points)
     corners = shapely.get_coordinates(outline.exterior)[:-1]
     highest = max(float(np.quantile(floor.height[side.own], 0.99)) for side in upright)
-    return min(width_of(corners), highest) >= LEAST_ROOM
+    return min(measure_hull_width(corners), highest) >= LEAST_ROOM
 
 
 def _floor(
@@ -305,14 +308,14 @@ def _floor(
     if not len(rows) or not outline.area > 0.0:
         return None
     over = np.column_stack(
-        [points[rows] @ plane_axes(side.normal, np.roll(side.normal, 1)).T, side.height[rows]]
+        [points[rows] @ make_plane_axes(side.normal, np.roll(side.normal, 1)).T, side.height[rows]]
     )
     things = [over[bodies == k] for k in range(int(bodies.max()) + 1)]
     slack = ON_PLANE_SDS * surface.noise
     inside = shapely.contains_xy(outline.buffer(slack), over[:, 0], over[:, 1])
     if outline.area < BEYOND * _covered(things) or inside.mean() < WITHIN_SHARE:
         return None
-    width = width_of(shapely.get_coordinates(outline.exterior)[:-1])
+    width = measure_hull_width(shapely.get_coordinates(outline.exterior)[:-1])
     if width < LEAST_WIDTH * float(over[:, 2].max()):
         return None
     if walls and not is_room:
@@ -320,7 +323,7 @@ def _floor(
         least = LEAST_THING * len(points)
         if not any(_stands(t) for k, t in enumerate(things) if k in faced or len(t) >= least):
             return None
-    if up is None and not surely_stand(things, surface.spacing):
+    if up is None and not is_surely_standing(things, surface.spacing):
         return None
     return Floor(side.region, side.normal, float(outline.area), tuple(support[1:]))
 
@@ -406,7 +409,7 @@ def find_up(
     return Up(direction, first.region, FROM_FLOOR, first.around)
 
 
-def up_from_cameras(camera_ups: FloatArray) -> Up | None:
+def find_up_from_cameras(camera_ups: FloatArray) -> Up | None:
     """Return up as the cameras (n, 3) were held, unit vectors; None where they do not agree."""
     if not len(camera_ups):
         return None

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.flat_faces import compute_vector_area
 from facetlog.perception.polygons import triangulate
-from facetlog.perception.ragged import Indices, by_group, group_sums, joined
+from facetlog.perception.ragged import Indices, iter_groups, joined, sum_by_group
 from facetlog.perception.scene import Body, Edge, Face, Patch, Scene, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles
-from facetlog.perception.surfaces.scene_json.scene_checks import unsound_faces
+from facetlog.perception.surfaces.scene_json.scene_checks import find_unsound_faces
 from facetlog.perception.surfaces.tolerance import LENGTH_RESOLUTION, SDS, WIDEST
 from facetlog.perception.types import FloatArray
 
@@ -52,7 +52,7 @@ class _Rings:
         owner = np.repeat([k for k, _ in rings], [len(ring) for _, ring in rings])
         size = np.array([sizes[region.body] for region in regions])[owner]
         sds = np.array([region.corner_sd for region in regions])[owner]
-        shorter = np.concatenate([_shorter_sides(ring) for _, ring in rings])
+        shorter = np.concatenate([_measure_shorter_sides(ring) for _, ring in rings])
         return cls(
             np.concatenate([ring for _, ring in rings]),
             np.maximum(sds, LENGTH_RESOLUTION * size),
@@ -74,10 +74,10 @@ class _Rings:
         groups, labels = joined(len(self.points), pairs[near])
         # the more certain corner counts for more: weights 1 / sd²
         weights = self.sds**-2.0
-        total = group_sums(labels, weights, groups)
-        means = group_sums(labels, weights[:, None] * self.points, groups) / total[:, None]
+        total = sum_by_group(labels, weights, groups)
+        means = sum_by_group(labels, weights[:, None] * self.points, groups) / total[:, None]
         off = ((self.points - means[labels]) ** 2).sum(axis=1)
-        spread = group_sums(labels, weights * off, groups) / total
+        spread = sum_by_group(labels, weights * off, groups) / total
         least = np.full(groups, np.inf)
         np.minimum.at(least, labels, self.sds)
         variances = least**2 + spread
@@ -86,7 +86,7 @@ class _Rings:
         )
         return labels, vertices
 
-    def with_own(
+    def add_own_corners(
         self, merged: Sequence[Ring], vertices: Sequence[Vertex], apart: Collection[int]
     ) -> tuple[list[Ring], tuple[Vertex, ...]]:
         """Return the `merged` rings, but for those numbered in `apart`, which have vertices of
@@ -102,14 +102,14 @@ class _Rings:
         return loops, tuple(every)
 
 
-def _shorter_sides(ring: FloatArray) -> FloatArray:
+def _measure_shorter_sides(ring: FloatArray) -> FloatArray:
     """Return the shorter of the two sides (k,) that end at each corner of a ring (k, 3)."""
     sides = np.sqrt(((np.roll(ring, -1, axis=0) - ring) ** 2).sum(axis=1))
     shorter: FloatArray = np.minimum(sides, np.roll(sides, 1))
     return shorter
 
 
-def faces_with_shared_corners(
+def make_faces_with_shared_corners(
     regions: Sequence[FlatRegion], sizes: Mapping[int, float]
 ) -> tuple[tuple[Face, ...], tuple[Vertex, ...]]:
     """Return the regions as faces in their order, and the vertices, those of the first face first.
@@ -123,11 +123,11 @@ def faces_with_shared_corners(
     merged = [_without_repeats(labels[own].tolist()) for own in map(list, corners.ends)]
     # merging would fold these rings, or push a hole across its outline: they keep their own corners
     folded = {k for k, ring in enumerate(merged) if len(ring) < 3 or len(set(ring)) != len(ring)}
-    loops, every = corners.with_own(merged, vertices, folded)
-    unsound = set(unsound_faces(_faces_of(regions, corners, loops), every))
+    loops, every = corners.add_own_corners(merged, vertices, folded)
+    unsound = set(find_unsound_faces(_faces_of(regions, corners, loops), every))
     if unsound:
         folded |= {k for k, owner in enumerate(corners.owners) if owner in unsound}
-        loops, every = corners.with_own(merged, vertices, folded)
+        loops, every = corners.add_own_corners(merged, vertices, folded)
     return _used(_faces_of(regions, corners, loops), every)
 
 
@@ -233,9 +233,9 @@ def assemble_scene(
     model is judged on it.
     """
     kept, left, said = _largest(list(regions))
-    rest = _with_regions(rest, left)
+    rest = _add_regions(rest, left)
     sizes = _extents(kept, rest)
-    faces, vertices = faces_with_shared_corners(kept, sizes)
+    faces, vertices = make_faces_with_shared_corners(kept, sizes)
     sides = dict.fromkeys(
         (min(a, b), max(a, b))
         for face in faces
@@ -261,7 +261,7 @@ def assemble_scene(
         vertices=(*vertices, *reaching),
         edges=tuple(Edge(a, b) for a, b in sides),
         faces=faces,
-        up=None if up is None else unit_vector(up),
+        up=None if up is None else make_unit_vector(up),
         metric=metric,
         warnings=(*warnings, *said),
         patches=patches,
@@ -274,7 +274,7 @@ def _extents(regions: Sequence[FlatRegion], rest: Rest) -> dict[int, float]:
     points: dict[int, list[FloatArray]] = defaultdict(list)
     for region in regions:
         points[region.body].append(region.outline)
-    for own in by_group(rest.bodies.astype(np.int64)):
+    for own in iter_groups(rest.bodies.astype(np.int64)):
         points[int(rest.bodies[own[0]])].append(rest.points[own])
     return {
         number: float(np.linalg.norm(np.ptp(np.concatenate(parts), axis=0)))
@@ -282,7 +282,7 @@ def _extents(regions: Sequence[FlatRegion], rest: Rest) -> dict[int, float]:
     }
 
 
-def unit_vector(up: ArrayLike) -> FloatArray:
+def make_unit_vector(up: ArrayLike) -> FloatArray:
     """Return up (3,) as a unit vector; ValueError where it has no direction."""
     vector = np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(vector))
@@ -294,7 +294,7 @@ def unit_vector(up: ArrayLike) -> FloatArray:
 
 def _area(region: FlatRegion) -> float:
     rings = (region.outline, *region.holes)
-    return float(sum(vector_area(ring) @ region.plane.normal for ring in rings))
+    return float(sum(compute_vector_area(ring) @ region.plane.normal for ring in rings))
 
 
 def _largest(
@@ -343,7 +343,7 @@ def _patches(
     return tuple(patches), tuple(numbers), tuple(reaching)
 
 
-def _with_regions(rest: Rest, regions: Sequence[FlatRegion]) -> Rest:
+def _add_regions(rest: Rest, regions: Sequence[FlatRegion]) -> Rest:
     """Return the rest, and points on the regions as well."""
     if not regions:
         return rest

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.ragged import Indices, group_sums
+from facetlog.perception.ragged import Indices, sum_by_group
 from facetlog.perception.types import FloatArray
 
 # A cell number is packed of three numbers of so many bits.
@@ -70,7 +70,7 @@ def _laid_out(corners: FloatArray, spacing: float) -> tuple[Indices, FloatArray,
     return longest, double, columns, rows
 
 
-def cells_of(points: FloatArray, low: FloatArray, cell: float) -> Indices:
+def number_cells(points: FloatArray, low: FloatArray, cell: float) -> Indices:
     """Return the number (n,) of the cell of a grid of cubes that each point (n, 3) is in.
 
     `low` (3,) is the grid's lowest corner. At most 2^20 cells a side.
@@ -93,9 +93,9 @@ def thinned(
     if not len(points):
         none = np.zeros(0, dtype=np.int64)
         return none, none, np.zeros(0)
-    key = cells_of(points, points.min(axis=0), cell)
+    key = number_cells(points, points.min(axis=0), cell)
     count = int(groups.max()) + 1
     if count > 1:
         key = np.unique(key, return_inverse=True)[1] * count + groups
     _, kept, place = np.unique(key, return_index=True, return_inverse=True)
-    return kept, place, group_sums(place, areas, len(kept))
+    return kept, place, sum_by_group(place, areas, len(kept))

@@ -10,8 +10,8 @@ from facetlog.perception.scene import Evidence, Scene, Vertex
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import (
     HiddenSurface,
-    faces_camera,
     hidden_surface,
+    is_facing_camera,
 )
 from facetlog.perception.surfaces.drawing.lettering import (
     PAPER,
@@ -19,9 +19,9 @@ from facetlog.perception.surfaces.drawing.lettering import (
     Colour,
     ColourImage,
     Lettering,
-    with_legend,
+    add_legend,
 )
-from facetlog.perception.surfaces.drawing.upright import turned_pixel, upright
+from facetlog.perception.surfaces.drawing.upright import turn_pixel, upright
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["contact_sheet", "draw_scene"]
@@ -60,20 +60,20 @@ def draw_scene(
     left out. A cross is an observed vertex, an ellipse the projected estimate at 2 sd. Below: the
     names of scene and view, counts, and the verdict. A picture that lies on its side is turned.
     """
-    observed = _observed(view, scene)
+    observed = _find_observed_pixels(view, scene)
     view, turns = upright(taken := view, scene.up)
     scale = max(view.image.shape) / REFERENCE_PX
     image: ColourImage = np.asarray(cv2.cvtColor(view.image, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
     surface = hidden_surface(view, scene)
-    _tint(image, scene, surface)
+    _tint_faces(image, scene, surface)
     _draw_edges(image, view, scene, surface, scale)
     for uv in observed:
-        _cross(image, turned_pixel(uv, taken, turns), scale)
+        _cross(image, turn_pixel(uv, taken, turns), scale)
     shown = _draw_vertices(image, view, scene, surface, scale)
     lettering = Lettering(image)
     _name_faces(lettering, scene, surface, parts or {}, scale)
     _name_vertices(lettering, shown, scale)
-    return with_legend(image, _legend(view, scene, verdict), scale)
+    return add_legend(image, _legend(view, scene, verdict), scale)
 
 
 def contact_sheet(
@@ -105,14 +105,14 @@ def contact_sheet(
     return sheet
 
 
-def _face_colour(index: int) -> Colour:
+def _choose_face_ink(index: int) -> Colour:
     """Return a saturated colour, far from those of its neighbours in number."""
     hue = round(index * GOLDEN % 1.0 * 179)
     pixel = cv2.cvtColor(np.array([[[hue, 230, 255]]], dtype=np.uint8), cv2.COLOR_HSV2BGR)[0, 0]
     return int(pixel[0]), int(pixel[1]), int(pixel[2])
 
 
-def _tint(image: ColourImage, scene: Scene, surface: HiddenSurface) -> None:
+def _tint_faces(image: ColourImage, scene: Scene, surface: HiddenSurface) -> None:
     h, w = image.shape[:2]
     index = cv2.resize(surface.face, (w, h), interpolation=cv2.INTER_NEAREST)
     covered = index >= 0
@@ -121,7 +121,7 @@ def _tint(image: ColourImage, scene: Scene, surface: HiddenSurface) -> None:
         TINT_MEASURED if f.evidence is Evidence.MEASURED else TINT_IMPLIED for f in scene.faces
     ]
     share = np.array(shares)[face, None]
-    inks = np.array([_face_colour(number) for number in range(len(scene.faces))]).reshape(-1, 3)
+    inks = np.array([_choose_face_ink(number) for number in range(len(scene.faces))]).reshape(-1, 3)
     image[covered] = np.rint(image[covered] * (1 - share) + inks[face] * share).astype(np.uint8)
 
 
@@ -130,7 +130,7 @@ def _draw_edges(
 ) -> None:
     frustum = Frustum(view.camera, view.pose)
     points = scene.points
-    for (start, end), evidence in _edges_toward(view, scene).items():
+    for (start, end), evidence in _choose_drawn_edges(view, scene).items():
         ends = frustum.segment(points[start], points[end])
         if ends is None:
             continue
@@ -148,14 +148,14 @@ def _draw_edges(
             _line(image, pixels[piece[0]], pixels[piece[1]], scale)
 
 
-def _edges_toward(view: View, scene: Scene) -> dict[tuple[int, int], Evidence]:
+def _choose_drawn_edges(view: View, scene: Scene) -> dict[tuple[int, int], Evidence]:
     """Return the edges to draw, by their ends: loose ones, and those of faces that turn to the
     camera.
     """
     bounding: set[tuple[int, int]] = set()
     toward: dict[tuple[int, int], Evidence] = {}
     for face in scene.faces:
-        turned = faces_camera(face, view)
+        turned = is_facing_camera(face, view)
         for ring in (face.outline, *face.holes):
             for a, b in zip(ring, (*ring[1:], ring[0]), strict=True):
                 pair = min(a, b), max(a, b)
@@ -187,7 +187,7 @@ def _draw_vertices(
 ) -> list[tuple[str, FloatArray]]:
     """Draw ellipses; return name and pixel of each vertex that is to be seen."""
     shown: list[tuple[str, FloatArray]] = []
-    used = {i for pair in _edges_toward(view, scene) for i in pair}
+    used = {i for pair in _choose_drawn_edges(view, scene) for i in pair}
     for number, vertex in enumerate(scene.vertices):
         projected = _projected(view, vertex)
         if number not in used or projected is None:
@@ -199,7 +199,7 @@ def _draw_vertices(
     return shown
 
 
-def _observed(view: View, scene: Scene) -> list[FloatArray]:
+def _find_observed_pixels(view: View, scene: Scene) -> list[FloatArray]:
     """Return the pixels (2,) at which the view shows vertices."""
     index = scene.views.index(view.name) if view.name in scene.views else -1
     return [

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.flat_faces import part_above
+from facetlog.perception.flat_faces import clip_polygon_above
 from facetlog.perception.types import Camera, FloatArray, Pose
 
 __all__ = ["Frustum"]
@@ -48,7 +48,7 @@ class Frustum:
         """
         points = self.in_camera(ring)
         for plane in self._planes(points):
-            points = part_above(points, points @ plane[:3] + plane[3])
+            points = clip_polygon_above(points, points @ plane[:3] + plane[3])
         return self.pixels(points) if len(points) >= 3 else np.empty((0, 2))
 
     def segment(self, start: ArrayLike, end: ArrayLike) -> FloatArray | None:

@@ -10,7 +10,7 @@ from facetlog.perception.scene import Face, Scene
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["HiddenSurface", "faces_camera", "hidden_surface", "ring_pixels"]
+__all__ = ["HiddenSurface", "hidden_surface", "is_facing_camera", "project_rings"]
 
 # The buffer needs no more detail than this; a larger picture gets a coarser one.
 MAX_BUFFER_PX = 1280
@@ -47,7 +47,7 @@ class HiddenSurface:
         return np.asarray(seen & inside)
 
 
-def faces_camera(face: Face, view: View) -> bool:
+def is_facing_camera(face: Face, view: View) -> bool:
     """Return whether the camera is on the outer side of the face."""
     return bool(face.plane.distance(view.pose.centre) > 0)
 
@@ -62,9 +62,9 @@ def hidden_surface(view: View, scene: Scene) -> HiddenSurface:
     index = np.full((h, w), -1, dtype=np.int32)
     depth = np.full((h, w), np.inf)
     for number, face in enumerate(scene.faces):
-        if not faces_camera(face, view):
+        if not is_facing_camera(face, view):
             continue
-        rings = ring_pixels(view, scene, face)
+        rings = project_rings(view, scene, face)
         if not rings:
             continue
         mask = np.zeros((h, w), dtype=np.uint8)
@@ -85,7 +85,7 @@ def hidden_surface(view: View, scene: Scene) -> HiddenSurface:
     return HiddenSurface(index, depth, scale)
 
 
-def ring_pixels(view: View, scene: Scene, face: Face) -> list[FloatArray]:
+def project_rings(view: View, scene: Scene, face: Face) -> list[FloatArray]:
     """Return the outline and holes of a face in pixels, clipped to the view; empty if it is out of
     sight.
     """

@@ -14,9 +14,9 @@ __all__ = [
     "Colour",
     "ColourImage",
     "Lettering",
+    "add_legend",
+    "measure_text",
     "plain",
-    "text_size",
-    "with_legend",
     "wrap",
     "write",
 ]
@@ -47,9 +47,11 @@ def plain(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-def text_size(text: str, height: float) -> tuple[int, int]:
+def measure_text(text: str, height: float) -> tuple[int, int]:
     """Return the width and height in px of the text with letters of the given height in px."""
-    (width, tall), below = cv2.getTextSize(text, FONT, height / LETTER_HEIGHT, _stroke(height))
+    (width, tall), below = cv2.getTextSize(
+        text, FONT, height / LETTER_HEIGHT, _compute_stroke(height)
+    )
     return width, tall + below
 
 
@@ -69,7 +71,7 @@ class Lettering:
     ) -> bool:
         """Write the text centred at the first of the spots (u, v) where it is free; else not."""
         text = plain(text)
-        width, tall = text_size(text, height)
+        width, tall = measure_text(text, height)
         for u, v in spots:
             box = (u - width / 2, v - tall / 2, u + width / 2, v + tall / 2)
             if self._free(box):
@@ -95,7 +97,7 @@ def wrap(text: str, height: float, width: float) -> list[str]:
     rows: list[str] = []
     for word in text.split():
         longer = f"{rows[-1]} {word}" if rows else word
-        if rows and text_size(longer, height)[0] <= width:
+        if rows and measure_text(longer, height)[0] <= width:
             rows[-1] = longer
         else:
             rows.append(word)
@@ -112,7 +114,7 @@ def write(
 ) -> None:
     """Write ASCII text, with a rim if any; `start` is the left end of the base line, px."""
     at = round(start[0]), round(start[1])
-    scale, stroke = height / LETTER_HEIGHT, _stroke(height)
+    scale, stroke = height / LETTER_HEIGHT, _compute_stroke(height)
     if rim is not None:
         # The text again, shifted: a bolder text is wider, its letters would not fit.
         for u, v in itertools.product((-stroke, 0, stroke), repeat=2):
@@ -120,11 +122,11 @@ def write(
     cv2.putText(image, text, at, FONT, scale, colour, stroke, cv2.LINE_AA)
 
 
-def _stroke(height: float) -> int:
+def _compute_stroke(height: float) -> int:
     return max(1, round(height / 10))
 
 
-def with_legend(image: ColourImage, lines: Sequence[str], scale: float) -> ColourImage:
+def add_legend(image: ColourImage, lines: Sequence[str], scale: float) -> ColourImage:
     """Return the picture (H, W, 3) with lines below it, wrapped, in letters `scale` times as
     large.
     """

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from facetlog.perception.scene import Face, Patch, Scene
 from facetlog.perception.surfaces.drawing.lettering import (
     ColourImage,
+    measure_text,
     plain,
-    text_size,
     wrap,
     write,
 )
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["contact_sheet", "on_white", "thumbnail", "tint_colour"]
+__all__ = ["choose_tint_colour", "contact_sheet", "put_on_white", "thumbnail"]
 
 SIZE_PX = 240
 SUPERSAMPLED = 2  # drawn so much larger, for smooth outlines
@@ -68,7 +68,7 @@ def thumbnail(
     return canvas.png(size_px)
 
 
-def on_white(png: bytes) -> ColourImage:
+def put_on_white(png: bytes) -> ColourImage:
     """Return a transparent picture, a PNG, before white."""
     drawn = cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     levels = np.asarray(drawn, dtype=np.float64)
@@ -90,9 +90,11 @@ def contact_sheet(
     sheet: ColourImage = np.full((down * tall, right * size_px, 3), 255, dtype=np.uint8)
     for nth, ((scene, _), caption) in enumerate(zip(shown, captions, strict=True)):
         row, column = nth // across * tall, nth % across * size_px
-        sheet[row : row + size_px, column : column + size_px] = on_white(thumbnail(scene, size_px))
+        sheet[row : row + size_px, column : column + size_px] = put_on_white(
+            thumbnail(scene, size_px)
+        )
         for line, text in enumerate(caption, start=1):
-            longest = text_size(text, LETTERS_PX)[0]
+            longest = measure_text(text, LETTERS_PX)[0]
             height = LETTERS_PX * min(1.0, width / longest)
             start = column + MARGIN * size_px, row + size_px + line * LINE_PX
             write(sheet, text, start, height, OUTLINE, rim=None)
@@ -128,7 +130,7 @@ def _frame(scene: Scene) -> FloatArray:
     return np.array([right, np.cross(toward, right), toward])
 
 
-def tint_colour(tint: int) -> NDArray[np.uint8]:
+def choose_tint_colour(tint: int) -> NDArray[np.uint8]:
     """Return the colour (3,) of faces of a tint, as OpenCV orders it, in full light."""
     return _colour(tint * HUE_STEP % 1.0, FACE_SATURATION, 1.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 
-__all__ = ["turned_pixel", "upright"]
+__all__ = ["turn_pixel", "upright"]
 
 # Looked at from straight above a picture has no way up: that is asked for from this sine of the
 # angle between up and the line of sight on (20 degrees).
@@ -23,11 +23,11 @@ def upright(view: View, up: FloatArray | None) -> tuple[View, int]:
     turns = 0 if up is None else _turns(view.pose.rotation.T @ up)
     shown = view
     for _ in range(turns):
-        shown = _quarter(shown)
+        shown = _turn_by_quarter(shown)
     return shown, turns
 
 
-def turned_pixel(uv: FloatArray, view: View, turns: int) -> FloatArray:
+def turn_pixel(uv: FloatArray, view: View, turns: int) -> FloatArray:
     """Return where a pixel (2,) of a view is when its picture is turned by so many quarters,
     clockwise.
     """
@@ -48,7 +48,7 @@ def _turns(up: FloatArray) -> int:
     return round(-angle / (np.pi / 2)) % 4
 
 
-def _quarter(view: View) -> View:
+def _turn_by_quarter(view: View) -> View:
     """Turn the picture clockwise by a quarter: what is right comes to lie below."""
     c, rotation = view.camera, view.pose.rotation
     height, width = view.image.shape

@@ -182,7 +182,7 @@ def _put_together(pieces: Sequence[_Piece]) -> Scene:
         for side in piece.hidden
     )
     scene = polyhedra.boxes([(p.low, p.high) for p in pieces], SD_M, "")
-    return polyhedra.without_faces(scene, hidden)
+    return polyhedra.drop_faces(scene, hidden)
 
 
 @_builder("a closed block")

@@ -19,11 +19,12 @@ __all__ = [
     "boxes",
     "chair",
     "cuboid",
+    "drop_faces",
     "extrude_profile",
+    "fit_plane_through_loop",
     "l_block",
     "moved",
     "one_object",
-    "plane_through",
     "polyhedron",
     "pyramid",
     "room_corner",
@@ -32,7 +33,6 @@ __all__ = [
     "table",
     "together",
     "wedge",
-    "without_faces",
 ]
 
 UP = (0.0, 0.0, 1.0)
@@ -49,7 +49,7 @@ _CUBOID_FACES = (
 )
 
 
-def plane_through(points: ArrayLike, sd: float) -> Plane:
+def fit_plane_through_loop(points: ArrayLike, sd: float) -> Plane:
     """Return the plane of a loop of flat points (k, 3), normal by the right hand; each has `sd`
     (1σ) a side.
 
@@ -102,7 +102,7 @@ def polyhedron(
         faces=tuple(
             Face(
                 tuple(loop),
-                plane_through(where[list(loop)], sd),
+                fit_plane_through_loop(where[list(loop)], sd),
                 tuple(tuple(ring) for ring in holes.get(index, ())),
             )
             for index, loop in enumerate(loops)
@@ -112,7 +112,9 @@ def polyhedron(
     )
 
 
-def _box_points(low: Sequence[float], high: Sequence[float]) -> list[tuple[float, float, float]]:
+def _make_box_corners(
+    low: Sequence[float], high: Sequence[float]
+) -> list[tuple[float, float, float]]:
     return [
         (x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])
     ]
@@ -126,7 +128,7 @@ def boxes(
     loops: list[tuple[int, ...]] = []
     for low, high in corners:
         loops += [tuple(len(points) + i for i in face) for face in _CUBOID_FACES]
-        points += _box_points(low, high)
+        points += _make_box_corners(low, high)
     return polyhedron(points, loops, sd=sd, name=name)
 
 
@@ -223,7 +225,7 @@ def table(
     ]
     scene = boxes([((0, 0, height - thickness), (length, width, height)), *legs], sd, "table")
     hidden = range(7, 6 * 5, 6)  # the second face of each leg is its top
-    return without_faces(scene, hidden)
+    return drop_faces(scene, hidden)
 
 
 def stick_table(
@@ -237,7 +239,7 @@ def stick_table(
     """Return a slab seen from above, without its underside, on four legs known as loose edges
     only.
     """
-    slab = _box_points((0, 0, height - thickness), (length, width, height))
+    slab = _make_box_corners((0, 0, height - thickness), (length, width, height))
     feet = [(x, y, 0.0) for x, y, _ in slab[:4]]
     return polyhedron(
         [*slab, *feet],
@@ -273,7 +275,7 @@ def chair(
         for y in (inset, depth - inset - leg)
     ]
     scene = boxes(corners, sd, "chair")
-    return without_faces(scene, (6, *range(13, 6 * 6, 6)))
+    return drop_faces(scene, (6, *range(13, 6 * 6, 6)))
 
 
 def one_object(scene: Scene) -> Scene:
@@ -282,14 +284,14 @@ def one_object(scene: Scene) -> Scene:
     return replace(scene, bodies=(Body(faces, edges, whole=True),))
 
 
-def without_faces(scene: Scene, hidden: Iterable[int]) -> Scene:
+def drop_faces(scene: Scene, hidden: Iterable[int]) -> Scene:
     """Return the scene without these of its faces, and without edges that only they had."""
     drop = set(hidden)
     faces = tuple(f for i, f in enumerate(scene.faces) if i not in drop)
-    return _with_faces(scene, faces)
+    return _keep_faces(scene, faces)
 
 
-def _with_faces(scene: Scene, faces: tuple[Face, ...]) -> Scene:
+def _keep_faces(scene: Scene, faces: tuple[Face, ...]) -> Scene:
     """Return the scene with these of its faces, and without edges that only lost faces had."""
     before = {s for f in scene.faces for s in _sides(f)}
     after = {s for f in faces for s in _sides(f)}
@@ -313,7 +315,7 @@ def _sides(face: Face) -> list[frozenset[int]]:
 def seen_from(scene: Scene, *eyes: ArrayLike) -> Scene:
     """Return the scene without the faces that turn their backs on all eyes (3,)."""
     places = np.asarray(eyes, dtype=np.float64).reshape(-1, 3)
-    return _with_faces(
+    return _keep_faces(
         scene, tuple(f for f in scene.faces if (f.plane.distance(places) > 0.0).any())
     )
 

@@ -6,14 +6,14 @@ from itertools import chain
 
 import numpy as np
 
-from facetlog.perception.flat_faces import cross, plane_axes
+from facetlog.perception.flat_faces import cross, make_plane_axes
 from facetlog.perception.polygons import find_intersection, find_union, make_polygon
-from facetlog.perception.ragged import Bools, row_starts, stacked
+from facetlog.perception.ragged import Bools, find_row_starts, stacked
 from facetlog.perception.scene import Face, Patch, Scene, Vertex
 from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LARGEST", "LEAST", "number_faults", "scene_faults", "unsound_faces"]
+__all__ = ["LARGEST", "LEAST", "find_scene_faults", "find_unsound_faces", "iter_number_faults"]
 
 # Unit vectors and symmetric matrices written with seven digits are off by less.
 ROUNDING = 1e-6
@@ -37,7 +37,7 @@ FEW_CORNERS = 4
 NAMED = 5
 
 
-def scene_faults(scene: Scene) -> Iterator[SceneFault]:
+def find_scene_faults(scene: Scene) -> Iterator[SceneFault]:
     """Return all faults of a scene's geometry, whose numbers are sound; none if it is sound, too.
 
     - vertices that no edge, face or patch uses;
@@ -45,19 +45,19 @@ def scene_faults(scene: Scene) -> Iterator[SceneFault]:
       outside of theirs or cross;
     - vertices off their face's plane by more than 5 sd and more than a quarter of its extent.
     """
-    yield from _vertex_faults(scene)
-    for _, fault in _face_faults(scene.faces, scene.vertices):
+    yield from _iter_vertex_faults(scene)
+    for _, fault in _iter_face_faults(scene.faces, scene.vertices):
         yield fault
 
 
-def unsound_faces(faces: Sequence[Face], vertices: Sequence[Vertex]) -> tuple[int, ...]:
-    """Return the indices of the faces that `scene_faults` would name in a scene of these
+def find_unsound_faces(faces: Sequence[Face], vertices: Sequence[Vertex]) -> tuple[int, ...]:
+    """Return the indices of the faces that `find_scene_faults` would name in a scene of these
     vertices.
     """
-    return tuple(dict.fromkeys(index for index, _ in _face_faults(faces, vertices)))
+    return tuple(dict.fromkeys(index for index, _ in _iter_face_faults(faces, vertices)))
 
 
-def _face_faults(
+def _iter_face_faults(
     faces: Sequence[Face], vertices: Sequence[Vertex]
 ) -> Iterator[tuple[int, SceneFault]]:
     """Return the faults of faces, each with the face's index."""
@@ -65,14 +65,14 @@ def _face_faults(
         return
     points = stacked([vertex.point for vertex in vertices], 3)
     # Most faces are surely sound, which is found out for all at once.
-    for i in np.flatnonzero(~_surely_sound(faces, points)).tolist():
-        for fault in _outline_faults(f"$.faces[{i}]", faces[i], points):
+    for i in np.flatnonzero(~_are_surely_sound(faces, points)).tolist():
+        for fault in _iter_outline_faults(f"$.faces[{i}]", faces[i], points):
             yield i, fault
-        for fault in _plane_faults(f"$.faces[{i}]", faces[i], vertices, points):
+        for fault in _iter_plane_faults(f"$.faces[{i}]", faces[i], vertices, points):
             yield i, fault
 
 
-def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
+def _iter_vertex_faults(scene: Scene) -> Iterator[SceneFault]:
     used = set(chain.from_iterable(face.outline for face in scene.faces))
     if len(used) < len(scene.vertices):  # most often an outline has them all
         used.update(chain.from_iterable(hole for face in scene.faces for hole in face.holes))
@@ -88,12 +88,12 @@ def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
         )
 
 
-def _surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
+def _are_surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
     """Return which faces (f,) with vertices (n, 3) have no hole, a convex outline that runs the
     right way, and all corners near their plane.
     """
     lengths = np.array([len(face.outline) for face in faces], dtype=np.intp)
-    starts = row_starts(lengths)
+    starts = find_row_starts(lengths)
     face = np.repeat(np.arange(len(faces)), lengths)
     corners = points[np.fromiter(chain.from_iterable(f.outline for f in faces), np.intp, len(face))]
     normals = stacked([f.plane.normal for f in faces], 3)[face]
@@ -115,10 +115,10 @@ def _surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
     return np.asarray(found)
 
 
-def _outline_faults(place: str, face: Face, points: FloatArray) -> Iterator[SceneFault]:
+def _iter_outline_faults(place: str, face: Face, points: FloatArray) -> Iterator[SceneFault]:
     """Return what is wrong with the loops of a face."""
     corners = points[list(face.outline)]
-    axes = plane_axes(face.plane.normal, corners[1] - corners[0])
+    axes = make_plane_axes(face.plane.normal, corners[1] - corners[0])
     outline, *holes = (
         (points[list(loop)] - corners[0]) @ axes.T for loop in (face.outline, *face.holes)
     )
@@ -167,7 +167,7 @@ def _is_crossed(loop: FloatArray, slack: float) -> bool:
     return abs(float(make_polygon(loop).area) - abs(_signed_area(loop))) > slack
 
 
-def _plane_faults(
+def _iter_plane_faults(
     place: str, face: Face, vertices: Sequence[Vertex], points: FloatArray
 ) -> Iterator[SceneFault]:
     """Return the vertices that are off the plane of a face."""
@@ -191,7 +191,7 @@ def _plane_faults(
                 )
 
 
-def number_faults(scene: Scene) -> Iterator[SceneFault]:
+def iter_number_faults(scene: Scene) -> Iterator[SceneFault]:
     """Return all faults of a scene's numbers, each at its JSON path; none if facts can be made of
     them.
 
@@ -202,35 +202,35 @@ def number_faults(scene: Scene) -> Iterator[SceneFault]:
     if scene.up is not None and abs((length := math.hypot(*scene.up)) - 1.0) > ROUNDING:
         yield SceneFault("$.up", f"is {length:.6g} long: give a unit vector, or null")
     points = scene.points
-    large = _large(points)
+    large = _find_large_rows(points)
     yield from (SceneFault(f"$.vertices[{i}].point", BEYOND) for i in large)
-    if len(points) and not large and 0.0 < _widest_extent(points) < LEAST:
+    if len(points) and not large and 0.0 < _compute_widest_extent(points) < LEAST:
         yield SceneFault("$.vertices", f"lie within {LEAST:g} of each other: give another unit")
     covs = stacked([v.cov for v in scene.vertices], 3, 3)
-    yield from _covariance_faults(covs, "$.vertices[{}].cov".format)
-    yield from _observation_faults(scene)
+    yield from _iter_covariance_faults(covs, "$.vertices[{}].cov".format)
+    yield from _iter_observation_faults(scene)
     for i, face in enumerate(scene.faces):
         if abs(face.plane.offset) > LARGEST:
             yield SceneFault(f"$.faces[{i}].plane.offset", BEYOND)
     planes = stacked([f.plane.cov for f in scene.faces], 4, 4)
-    yield from _covariance_faults(planes, "$.faces[{}].plane.cov".format)
+    yield from _iter_covariance_faults(planes, "$.faces[{}].plane.cov".format)
     for i, patch in enumerate(scene.patches):
-        yield from _patch_faults(f"$.patches[{i}]", patch)
-    yield from _sight_faults(scene)
+        yield from _iter_patch_faults(f"$.patches[{i}]", patch)
+    yield from _iter_sight_faults(scene)
 
 
-def _widest_extent(points: FloatArray) -> float:
+def _compute_widest_extent(points: FloatArray) -> float:
     return float((points.max(axis=0) - points.min(axis=0)).max())
 
 
-def _large(rows: FloatArray) -> list[int]:
+def _find_large_rows(rows: FloatArray) -> list[int]:
     """Return which rows (n, k) hold what is beyond LARGEST."""
     if not len(rows) or np.abs(rows).max() <= LARGEST:
         return []
     return np.flatnonzero((np.abs(rows) > LARGEST).any(axis=1)).tolist()
 
 
-def _observation_faults(scene: Scene) -> Iterator[SceneFault]:
+def _iter_observation_faults(scene: Scene) -> Iterator[SceneFault]:
     seen = list(chain.from_iterable(v.observations for v in scene.vertices))
     if not seen:
         return
@@ -242,14 +242,14 @@ def _observation_faults(scene: Scene) -> Iterator[SceneFault]:
             which -= len(vertex.observations)
         raise IndexError
 
-    for k in _large(stacked([o.uv for o in seen], 2)):
+    for k in _find_large_rows(stacked([o.uv for o in seen], 2)):
         yield SceneFault(f"{place(k)}.uv", PIXELS_BEYOND)
     covs = stacked([o.cov for o in seen], 2, 2)
-    yield from _covariance_faults(covs, lambda k: f"{place(k)}.cov")
+    yield from _iter_covariance_faults(covs, lambda k: f"{place(k)}.cov")
 
 
-def _patch_faults(place: str, patch: Patch) -> Iterator[SceneFault]:
-    for j in _large(patch.points):
+def _iter_patch_faults(place: str, patch: Patch) -> Iterator[SceneFault]:
+    for j in _find_large_rows(patch.points):
         yield SceneFault(f"{place}.points[{j}]", BEYOND)
     if len(patch.areas) and patch.areas.max() > LARGEST**2:
         j = int(patch.areas.argmax())
@@ -265,21 +265,21 @@ def _patch_faults(place: str, patch: Patch) -> Iterator[SceneFault]:
         )
 
 
-def _sight_faults(scene: Scene) -> Iterator[SceneFault]:
+def _iter_sight_faults(scene: Scene) -> Iterator[SceneFault]:
     """Return faults of lines of sight, and of cameras and where they stood."""
     for i, lines in enumerate(scene.sights):
         if np.abs(lines.origin).max() > LARGEST:
             yield SceneFault(f"$.sights[{i}].origin", BEYOND)
-        for j in _large(lines.ends)[:1]:
+        for j in _find_large_rows(lines.ends)[:1]:
             yield SceneFault(f"$.sights[{i}].ends", f"has a coordinate of point {j} that {BEYOND}")
     for i, seen in enumerate(scene.lattices):
         with np.errstate(over="ignore"):
             reach = seen.steps * np.array(seen.shown.shape[1:])[:, None]
         parts = {"corner": seen.corner[None], "steps": reach, "origins": seen.origins}
         for name, rows in parts.items():
-            if _large(rows):
+            if _find_large_rows(rows):
                 yield SceneFault(f"$.lattices[{i}].{name}", BEYOND)
-    for i in _large(stacked([pose.centre for pose in scene.poses], 3)):
+    for i in _find_large_rows(stacked([pose.centre for pose in scene.poses], 3)):
         yield SceneFault(f"$.cameras[{i}].centre", BEYOND)
     for i, camera in enumerate(scene.cameras):
         optics: dict[str, Sequence[float]] = {
@@ -294,10 +294,10 @@ def _sight_faults(scene: Scene) -> Iterator[SceneFault]:
             yield SceneFault(f"$.cameras[{i}].focal", f"is below {LEAST:g}: such a lens is none")
 
 
-def _covariance_faults(covs: FloatArray, place: Callable[[int], str]) -> Iterator[SceneFault]:
+def _iter_covariance_faults(covs: FloatArray, place: Callable[[int], str]) -> Iterator[SceneFault]:
     """Return which of some matrices (n, k, k) at their places are no covariances, and why."""
     count = len(covs)
-    if not count or _surely_covariances(covs):
+    if not count or _are_surely_covariances(covs):
         return
     scale = np.abs(covs).reshape(count, -1).max(axis=1)
     large = scale > LARGEST**2
@@ -317,7 +317,7 @@ def _covariance_faults(covs: FloatArray, place: Callable[[int], str]) -> Iterato
         yield SceneFault(place(i), said)
 
 
-def _surely_covariances(covs: FloatArray) -> bool:
+def _are_surely_covariances(covs: FloatArray) -> bool:
     """Return whether all matrices are: two thirds of the time are saved where they are to the last
     bit.
     """

@@ -10,7 +10,7 @@ __all__ = [
     "MOST_COPIES",
     "SceneFault",
     "SceneFileError",
-    "json_path",
+    "format_json_path",
     "missing",
     "repeated",
 ]
@@ -41,7 +41,7 @@ class SceneFileError(InputError):
         self.faults = faults
 
 
-def json_path(place: Place) -> str:
+def format_json_path(place: Place) -> str:
     """Return the JSON path of a place, as $.faces[3].outline."""
     return "$" + "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
 
@@ -51,7 +51,7 @@ def missing(record: SceneRecord) -> Iterator[SceneFault]:
     for place, kind, highest, count in _references(record):
         if highest >= count:
             yield SceneFault(
-                json_path(place), f"{kind} {highest} does not exist, there are {count}"
+                format_json_path(place), f"{kind} {highest} does not exist, there are {count}"
             )
 
 

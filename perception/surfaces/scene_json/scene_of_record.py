@@ -63,12 +63,12 @@ def scene_of_record(record: SceneRecord, source: str) -> Scene:
         poses=tuple(pose for _, pose in posed),
         sights=tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
         cameras=tuple(camera for camera, _ in posed),
-        lattices=tuple(_lattices(record.lattices, source)),
+        lattices=tuple(_make_lattices(record.lattices, source)),
         scale_sd=record.scale_sd,
     )
 
 
-def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
+def _make_vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
     """Return the rows as one array (n, width) that is not writeable: what is cut from it is not
     copied.
 
@@ -82,11 +82,11 @@ def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
 def _squares(matrices: Collection[Sequence[Sequence[float]]], width: int) -> FloatArray:
     """Return matrices as one array (n, width, width) that is not writeable."""
     rows = tuple(chain.from_iterable(matrices))
-    return _vectors(rows, width).reshape(len(matrices), width, width)
+    return _make_vectors(rows, width).reshape(len(matrices), width, width)
 
 
 def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
-    normals = _vectors([r.plane.normal for r in records], 3)
+    normals = _make_vectors([r.plane.normal for r in records], 3)
     covs = _squares([r.plane.cov for r in records], 4)
     for i, (r, normal, cov) in enumerate(zip(records, normals, covs, strict=True)):
         try:
@@ -100,15 +100,15 @@ def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
 def _vertices(records: Sequence[VertexRecord], views: int) -> Iterator[Vertex]:
     if any(seen.view >= views for r in records for seen in r.observations):
         raise ValueError("a vertex names a view that the scene does not have")
-    points = _vectors([r.point for r in records], 3)
+    points = _make_vectors([r.point for r in records], 3)
     covs = _squares([r.cov for r in records], 3)
     for r, point, cov in zip(records, points, covs, strict=True):
-        yield Vertex(point, cov, tuple(_observations(r.observations)), r.label)
+        yield Vertex(point, cov, tuple(_make_observations(r.observations)), r.label)
 
 
-def _observations(records: Sequence[ObservationRecord]) -> Iterator[Observation]:
+def _make_observations(records: Sequence[ObservationRecord]) -> Iterator[Observation]:
     if records:
-        pixels = _vectors([r.uv for r in records], 2)
+        pixels = _make_vectors([r.uv for r in records], 2)
         covs = _squares([r.cov for r in records], 2)
         for r, uv, cov in zip(records, pixels, covs, strict=True):
             yield Observation(r.view, uv, cov)
@@ -122,8 +122,10 @@ def _patch(record: PatchRecord, index: int, source: str) -> Patch:
             "give as many of each"
         )
         raise SceneFileError(source, (SceneFault(f"$.patches[{index}]", said),))
-    areas = _vectors([record.areas], count)[0]
-    return Patch(_vectors(record.points, 3), _vectors(record.normals, 3), areas, record.hull)
+    areas = _make_vectors([record.areas], count)[0]
+    return Patch(
+        _make_vectors(record.points, 3), _make_vectors(record.normals, 3), areas, record.hull
+    )
 
 
 def _sight_lines(record: SightLinesRecord, index: int, source: str) -> SightLines:
@@ -136,7 +138,7 @@ def _sight_lines(record: SightLinesRecord, index: int, source: str) -> SightLine
     return SightLines(np.array(record.origin), ends, record.view)
 
 
-def _lattices(records: Sequence[SeenLatticeRecord], source: str) -> Iterator[SeenLattice]:
+def _make_lattices(records: Sequence[SeenLatticeRecord], source: str) -> Iterator[SeenLattice]:
     bits = 0
     for i, r in enumerate(records):
         rows, columns = r.size
@@ -157,7 +159,7 @@ def _lattices(records: Sequence[SeenLatticeRecord], source: str) -> Iterator[See
         yield SeenLattice(
             np.array(r.corner),
             np.array(r.steps),
-            _vectors(r.origins, 3),
+            _make_vectors(r.origins, 3),
             shown,
             r.views,
             r.wrong,

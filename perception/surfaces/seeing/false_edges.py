@@ -15,10 +15,10 @@ import shapely
 
 from facetlog.perception.ragged import Bools
 from facetlog.perception.scene import Scene, SeenLattice
-from facetlog.perception.surfaces.scene_from_tracks import without_unused
+from facetlog.perception.surfaces.scene_from_tracks import drop_unused
 from facetlog.perception.types import FloatArray
 
-__all__ = ["GroundBeside", "without_false_edges"]
+__all__ = ["GroundBeside", "drop_false_edges"]
 
 # Samples along an edge, but for its ends, which are the least certain.
 SAMPLES = np.linspace(0.05, 0.95, 40)[:, None]
@@ -38,7 +38,7 @@ BENEATH_SDS = 3.0
 RISING = 0.5
 
 
-def without_false_edges(scene: Scene) -> Scene:
+def drop_false_edges(scene: Scene) -> Scene:
     """Return the scene without loose edges that the ground refutes, and those of solids."""
     sides = {
         frozenset((a, b))
@@ -54,15 +54,15 @@ def without_false_edges(scene: Scene) -> Scene:
     if len(loose):
         covs = np.array([vertex.cov for vertex in scene.vertices])[ends]
         for lattice in scene.seen_ground:
-            gone |= _beneath(segments, covs, lattice)
+            gone |= _is_beneath_ground(segments, covs, lattice)
     if not gone.any():
         return scene
     wrong = {loose[n] for n in np.flatnonzero(gone).tolist()}
     edges = tuple(edge for n, edge in enumerate(scene.edges) if n not in wrong)
-    return without_unused(scene, edges)
+    return drop_unused(scene, edges)
 
 
-def _beneath(segments: FloatArray, covs: FloatArray, lattice: SeenLattice) -> Bools:
+def _is_beneath_ground(segments: FloatArray, covs: FloatArray, lattice: SeenLattice) -> Bools:
     """Return which segments (n, 2, 3), ends known to `covs` (n, 2, 3, 3), lie beneath ground all
     round.
 

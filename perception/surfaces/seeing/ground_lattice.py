@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import MIN_FACING_SINE
-from facetlog.perception.flat_faces import part_above, plane_axes
+from facetlog.perception.flat_faces import clip_polygon_above, make_plane_axes
 from facetlog.perception.surfaces.seeing.seen_faces import BEFORE_PX, NEAREST
 from facetlog.perception.types import FloatArray, View
 
@@ -46,7 +46,7 @@ class GroundLattice:
 
         The ground is normal · x = height.
         """
-        axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        axes = make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
         middles, pixels, widths = [], [], []
         for view in views:
             forward, centre = view.pose.rotation[:, 2], view.pose.centre
@@ -98,9 +98,11 @@ class GroundLattice:
         top = float((centre - self.corner) @ self.normal)
         # What stands on the ground hides it; what lies there is known to be there to some pixels.
         least = BEFORE_PX * top / view.camera.fx
-        part = part_above(ring, (ring - self.corner) @ self.normal - least)
+        part = clip_polygon_above(ring, (ring - self.corner) @ self.normal - least)
         if len(part) >= 3:
-            part = part_above(part, (1 - NEAREST) * top - (part - self.corner) @ self.normal)
+            part = clip_polygon_above(
+                part, (1 - NEAREST) * top - (part - self.corner) @ self.normal
+            )
         if len(part) >= 3:
             below = top - (part - self.corner) @ self.normal
             met = centre + (part - centre) * (top / below)[:, None] - self.corner

@@ -66,10 +66,10 @@ class Windows:
             seen = np.isfinite(level)
             level = self._all[n] = np.where(seen, level - MIDDLE_GREY, np.float32(0.0))
             self.pictured[n] = seen[KEPT]
-            whole[n] = _all_in_window(seen)[KEPT]
+            whole[n] = _find_full_windows(seen)[KEPT]
             self._level[n], self._sd[n] = level[KEPT], sd[KEPT]
-            self._mean[n] = _mean_in_window(level)[KEPT]
-            self._variance[n] = _mean_in_window(level * level)[KEPT] - self._mean[n] ** 2
+            self._mean[n] = _average_windows(level)[KEPT]
+            self._variance[n] = _average_windows(level * level)[KEPT] - self._mean[n] ** 2
         least = PRINT_VARIANCE * levels.noise[views, None, None] ** 2
         self._has_print = whole & (self._variance > least)
 
@@ -82,12 +82,12 @@ class Windows:
         least = np.sqrt(least, dtype=np.float32)
 
         def agree(a: int, b: int) -> _Bits:
-            cov = _mean_in_window(self._all[a] * self._all[b])[KEPT]
+            cov = _average_windows(self._all[a] * self._all[b])[KEPT]
             cov -= self._mean[a] * self._mean[b]
             return np.asarray(cov > least[a] * least[b])
 
-        seen = _borne_out(agree, self._has_print, weight, AGREE_SHARE)
-        return np.asarray(seen & self._near(_median(self._level, seen)))
+        seen = _find_confirmed(agree, self._has_print, weight, AGREE_SHARE)
+        return np.asarray(seen & self._near(_compute_level_medians(self._level, seen)))
 
     def unlike(self, weight: _Reals, hidden: _Bits) -> _Bits:
         """Return where (V, rows, columns) a view shows, as others do, a level that is rare where
@@ -98,21 +98,21 @@ class Windows:
             return np.zeros_like(may_see)
         bins = np.asarray(np.clip(self._level + MIDDLE_GREY, 0, 255), dtype=np.uint8)
         sd = float(np.median(self._sd[may_see]))
-        common = _common_levels(*(_density(bins[which], sd) for which in (may_see, hidden)))
+        common = _choose_ground_levels(*(_density(bins[which], sd) for which in (may_see, hidden)))
         seen: _Bits = self.pictured & common[bins]
 
         def agree(a: int, b: int) -> _Bits:
             apart, sd = self._level[a] - self._level[b], np.hypot(self._sd[a], self._sd[b])
             return np.asarray(seen[a] & seen[b] & (np.abs(apart) < AGREES_SDS * sd))
 
-        return seen & _borne_out(agree, seen, weight, MOST_SHARE)
+        return seen & _find_confirmed(agree, seen, weight, MOST_SHARE)
 
     def _near(self, surface: _Reals) -> _Bits:
         # Where the views show a surface of that level.
         return np.asarray(np.abs(self._level - surface) < AGREES_SDS * self._sd)
 
 
-def _borne_out(
+def _find_confirmed(
     agree: Callable[[int, int], _Bits], may: _Bits, weight: _Reals, share: float
 ) -> _Bits:
     """Return where (V, rows, columns) so many views agree with one, and that share of those that
@@ -128,7 +128,7 @@ def _borne_out(
     return np.asarray(witnesses >= np.maximum(WITNESSES, share * others))
 
 
-def _common_levels(ground: _Reals, faces: _Reals) -> _Bits:
+def _choose_ground_levels(ground: _Reals, faces: _Reals) -> _Bits:
     """Return levels (256,) that tell the ground best from the faces that hide it, by both
     densities.
     """
@@ -139,7 +139,7 @@ def _common_levels(ground: _Reals, faces: _Reals) -> _Bits:
     return common
 
 
-def _median(level: _Reals, seen: _Bits) -> _Reals:
+def _compute_level_medians(level: _Reals, seen: _Bits) -> _Reals:
     """Return medians (...) of the levels (V, ...) of the views that see a point, NaN where none
     does.
     """
@@ -157,10 +157,10 @@ def _density(bins: NDArray[np.uint8], sd: float) -> NDArray[np.float32]:
     return np.asarray(smooth / smooth.sum())
 
 
-def _mean_in_window(values: _Reals) -> _Reals:
+def _average_windows(values: _Reals) -> _Reals:
     return np.asarray(cv2.blur(values, (WINDOW, WINDOW)), dtype=np.float32)
 
 
-def _all_in_window(bits: _Bits) -> _Bits:
+def _find_full_windows(bits: _Bits) -> _Bits:
     around = np.ones((WINDOW, WINDOW), dtype=np.uint8)
     return cv2.erode(bits.view(np.uint8), around, borderValue=0).view(np.bool_)

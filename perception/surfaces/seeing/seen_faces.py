@@ -16,13 +16,21 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
     PhotometricViews,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.flat_faces import part_above, plane_axes
+from facetlog.perception.flat_faces import clip_polygon_above, make_plane_axes
 from facetlog.perception.polygons import make_polygon
 from facetlog.perception.scene import Face, FaceSight, Scene, SeenLattice
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["BEFORE_PX", "NEAREST", "Eye", "Look", "Surface", "surfaces_of", "where_none_ends"]
+__all__ = [
+    "BEFORE_PX",
+    "NEAREST",
+    "Eye",
+    "Look",
+    "Surface",
+    "choose_points_without_ends",
+    "make_surfaces",
+]
 
 # Points of all lattices together: on a thing of six equal sides they are 1/37 of a side apart, as
 # far as the cells of its space about are, so that views that see a face pass most cells before it.
@@ -60,7 +68,7 @@ class Surface:
     @classmethod
     def of(cls, face: Face, rings: tuple[FloatArray, ...], pitch: float) -> "Surface":
         """Return the face with these rings, the outline first, and points so far apart at most."""
-        basis, polygon = _laid_flat(face, rings)
+        basis, polygon = _lay_face_flat(face, rings)
         if not polygon.area > 0:
             return cls(face, rings, rings[0][0], np.zeros((2, 3)), np.zeros((0, 0), np.bool_))
         low, high = np.array(polygon.bounds).reshape(2, 2)
@@ -96,7 +104,7 @@ class Surface:
         return SeenLattice(self.corner, self.steps, origins[views], bits, named, ground=False)
 
 
-def surfaces_of(scene: Scene) -> list[Surface]:
+def make_surfaces(scene: Scene) -> list[Surface]:
     """Return the faces of the scene, their points about equally dense but on small ones."""
     rings = [
         tuple(scene.points[list(ring)] for ring in (face.outline, *face.holes))
@@ -104,7 +112,7 @@ def surfaces_of(scene: Scene) -> list[Surface]:
     ]
     boxes = 0.0
     for face, own in zip(scene.faces, rings, strict=True):
-        _, polygon = _laid_flat(face, own)
+        _, polygon = _lay_face_flat(face, own)
         if polygon.area > 0:
             x, y, right, top = polygon.bounds
             boxes += (right - x) * (top - y)
@@ -112,12 +120,12 @@ def surfaces_of(scene: Scene) -> list[Surface]:
     return [Surface.of(face, own, pitch) for face, own in zip(scene.faces, rings, strict=True)]
 
 
-def _laid_flat(face: Face, rings: Sequence[FloatArray]) -> tuple[FloatArray, shapely.Geometry]:
+def _lay_face_flat(face: Face, rings: Sequence[FloatArray]) -> tuple[FloatArray, shapely.Geometry]:
     # Axes (3, 2) in the face's plane, and the face along them. The first is that of its longest
     # side: independent of the world frame.
     along = np.roll(rings[0], -1, axis=0) - rings[0]
     longest = along[largest(np.linalg.norm(along, axis=1))]
-    basis = plane_axes(face.plane.normal, longest).T
+    basis = make_plane_axes(face.plane.normal, longest).T
     flat = [ring @ basis for ring in rings]
     return basis, make_polygon(flat[0], flat[1:])
 
@@ -173,7 +181,7 @@ class Eye:
         loops = []
         for ring in surface.rings:
             ahead = (ring - self.centre) @ forward
-            before = part_above(ring, ahead - NEAREST * np.abs(ahead).max())
+            before = clip_polygon_above(ring, ahead - NEAREST * np.abs(ahead).max())
             if len(before) >= 3:
                 uv, _ = project_points(self.view.projection, before)
                 loops.append(np.rint(uv).astype(np.int32))
@@ -182,7 +190,7 @@ class Eye:
         return mask
 
 
-def where_none_ends(view: View, ends: FloatArray, points: FloatArray) -> FloatArray:
+def choose_points_without_ends(view: View, ends: FloatArray, points: FloatArray) -> FloatArray:
     """Choose, of points (n, 3) that a view sees, one in each cell of its picture without an end (m,
     3).
     """

@@ -16,15 +16,20 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.scene import Scene, SightLines
-from facetlog.perception.surfaces.seeing.false_edges import without_false_edges
-from facetlog.perception.surfaces.seeing.seen_faces import Eye, Look, surfaces_of, where_none_ends
+from facetlog.perception.surfaces.seeing.false_edges import drop_false_edges
+from facetlog.perception.surfaces.seeing.seen_faces import (
+    Eye,
+    Look,
+    choose_points_without_ends,
+    make_surfaces,
+)
 from facetlog.perception.surfaces.seeing.seen_ground import seen_ground
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["with_sights"]
+__all__ = ["add_sights"]
 
 
-def with_sights(
+def add_sights(
     scene: Scene,
     views: Sequence[View],
     weight: Sequence[float],
@@ -37,7 +42,7 @@ def with_sights(
     `views` are those of the scene, at the poses at which it was found, each with its `weight`
     beside views almost like it. `ground` and `landmarks` as in `TrackedFaces`.
     """
-    surfaces = surfaces_of(scene)
+    surfaces = make_surfaces(scene)
     levels = GreyLevels(views, [gradient(view.image) for view in views])
     photos = PhotometricViews(views, levels, np.array(weight))
     observed: list[list[FloatArray]] = [[] for _ in views]
@@ -67,8 +72,8 @@ def with_sights(
     for k, view in enumerate(views):
         met = (lines.ends for lines in on_lattices if lines.view == k)
         known = np.concatenate([corners[k], *met])
-        ends = np.concatenate([corners[k], where_none_ends(view, known, beside[k])])
+        ends = np.concatenate([corners[k], choose_points_without_ends(view, known, beside[k])])
         if len(ends):
             sights.append(SightLines(view.pose.centre, ends, k))
     found = replace(scene, faces=faces, sights=tuple(sights), lattices=lattices)
-    return without_false_edges(found)
+    return drop_false_edges(found)

@@ -45,7 +45,7 @@ class DeadMan:
         if self._stop and now < self._until:
             self._until = self._next = now
 
-    def expired(self, now: float) -> bool:
+    def has_expired(self, now: float) -> bool:
         """Return whether the lease has run out: what the driver writes is not to reach the
         robot.
         """
@@ -95,7 +95,7 @@ class LastWill:
         self.port = port
         """The line as it then is, None where it could not be opened."""
 
-    def carry_out(
+    def stop_and_close(
         self,
         dead_man: DeadMan,
         parting: Sequence[bytes],

@@ -99,7 +99,7 @@ class _LineOwner:
                 self._fail(error)
         if not self._closed:
             will = LastWill(self._address, self._baud, self._port)
-            will.carry_out(self._dead_man, self._parting, partial(self._stopped, broken))
+            will.stop_and_close(self._dead_man, self._parting, partial(self._stopped, broken))
             self._port = will.port
         if self._port is not None:
             self._port.close()
@@ -147,7 +147,7 @@ class _LineOwner:
             now = time.monotonic()
             match kind:
                 case Ask.WRITE:
-                    if not self._dead_man.expired(now):
+                    if not self._dead_man.has_expired(now):
                         port.write(content)
                 case Ask.HOLD:
                     (until,) = LEASE_END.unpack_from(content)
@@ -162,7 +162,7 @@ class _LineOwner:
                     self._parting.append(content)
                 case Ask.CLOSE:
                     # Where the lease has run out, what the driver sent to part was dropped.
-                    self._closed = not self._dead_man.expired(now)
+                    self._closed = not self._dead_man.has_expired(now)
                     return False
 
     def _say(self, kind: Say, content: bytes = b"") -> None:

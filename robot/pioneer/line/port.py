@@ -13,12 +13,12 @@ import termios
 import time
 from typing import Protocol
 
-from facetlog.errors import DeviceError, DeviceTimeout, InputError, missing_extra
+from facetlog.errors import DeviceError, DeviceTimeout, InputError, make_missing_extra_error
 
 try:
     import serial
 except ModuleNotFoundError as exc:
-    raise missing_extra("a robot", "pyserial", "robot") from exc
+    raise make_missing_extra_error("a robot", "pyserial", "robot") from exc
 
 
 DEFAULT_BAUD = 9600
@@ -56,7 +56,7 @@ class Port(Protocol):
         """Send all of it; DeviceTimeout if the line does not take it, DeviceError if gone."""
 
     def set_baud(self, baud: int) -> None:
-        """Changes the line's speed once all is sent; nothing where a line has none."""
+        """Change the line's speed once all is sent; nothing where a line has none."""
 
     def close(self) -> None:
         """Give the line back; more than once does no harm."""

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError
-from facetlog.python_process import importing_environment, python_module
+from facetlog.python_process import make_importing_environment, make_module_command
 from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan, LastWill, NotStoppedError
 from facetlog.robot.pioneer.line.owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
 
@@ -44,14 +44,14 @@ class LineProcess:
             descriptor = theirs.fileno()
             rate = [] if baud is None else [str(baud)]
             self._process = subprocess.Popen(
-                python_module(OWNER, str(descriptor), address, *rate),
+                make_module_command(OWNER, str(descriptor), address, *rate),
                 pass_fds=[descriptor],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 # Signals of the terminal are for this process, which stops the robot in order.
                 start_new_session=True,
-                env=importing_environment(),
+                env=make_importing_environment(),
             )
         try:
             has_baud, *said = self._done(START_TIMEOUT)
@@ -120,7 +120,7 @@ class LineProcess:
                 f"{self.address}: the process that owns the line takes no bytes: is it suspended?"
             ) from error
         except OSError as error:
-            raise self._fault or self._gone() from error
+            raise self._fault or self._take_over_from_owner() from error
 
     def _done(self, timeout: float) -> bytes:
         """Wait for the report that something is done; keep the bytes read meanwhile."""
@@ -144,9 +144,9 @@ class LineProcess:
                 return None, b""
             message = self._socket.recv(LARGEST)
         except (OSError, ValueError) as error:
-            raise self._gone() from error
+            raise self._take_over_from_owner() from error
         if not message:
-            self._fault = self._gone()
+            self._fault = self._take_over_from_owner()
             raise self._fault
         kind, content = Say(message[0]), message[1:]
         if kind in ERRORS:
@@ -154,7 +154,7 @@ class LineProcess:
             raise self._fault
         return kind, content
 
-    def _gone(self) -> DeviceError:
+    def _take_over_from_owner(self) -> DeviceError:
         """Return the owner was killed: what it would have done for a robot that moves is done from
         here.
 
@@ -165,7 +165,7 @@ class LineProcess:
         # Others that ask meanwhile are refused at once.
         self._fault = DeviceError(f"{self._ended}, and the robot is being stopped; connect again")
         will = LastWill(self.address, self._baud)
-        took = will.carry_out(self._dead_man, self._parting)
+        took = will.stop_and_close(self._dead_man, self._parting)
         if will.port is not None:
             will.port.close()
         if took:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from facetlog.one_thread import ONE_THREAD
-from facetlog.python_process import importing_environment, python_module
+from facetlog.python_process import make_importing_environment, make_module_command
 from facetlog.robot.simulator.camera.process import (
     encode_setup,
     encode_viewpoints,
@@ -92,9 +92,9 @@ class Camera:
         """Take a picture that nobody looks at, so that the first client waits for no process to
         start; whether it came in so many seconds."""
         with self.watching():
-            return self.next_shot(0, 0.0, timeout) is not None
+            return self.wait_for_shot(0, 0.0, timeout) is not None
 
-    def next_shot(self, number: int, exposed: float, timeout: float) -> Shot | None:
+    def wait_for_shot(self, number: int, exposed: float, timeout: float) -> Shot | None:
         """Return the newest after `number` whose exposure began after `exposed`; None if none
         comes.
         """
@@ -139,15 +139,15 @@ class Camera:
             self._publish(self._newest.jpeg, at, exposed)
             return
         self._stop.wait(self._setup.camera.exposure)
-        jpeg = self._developed(start, self._viewpoint())
-        if jpeg is not None and not self._outdated(start, exposed):
+        jpeg = self._request_jpeg(start, self._viewpoint())
+        if jpeg is not None and not self._is_outdated(start, exposed):
             self._publish(jpeg, at, exposed)
 
     def _viewpoint(self) -> Viewpoint:
         with self._live.now() as (simulation, at):
             return simulation.viewpoint(at)
 
-    def _outdated(self, start: Viewpoint, exposed: float) -> bool:
+    def _is_outdated(self, start: Viewpoint, exposed: float) -> bool:
         """Return whether the picture is late and the camera has moved on since."""
         if time.monotonic() - exposed < LATEST:
             return False
@@ -162,7 +162,7 @@ class Camera:
             self._newest = Shot(jpeg, number, at, exposed)
             self._changed.notify_all()
 
-    def _developed(self, start: Viewpoint, end: Viewpoint) -> bytes | None:
+    def _request_jpeg(self, start: Viewpoint, end: Viewpoint) -> bytes | None:
         try:
             line = self._line or self._start_process()
             line.send_bytes(encode_viewpoints(start, end))
@@ -177,10 +177,10 @@ class Camera:
     def _start_process(self) -> Connection:
         ours, theirs = socket.socketpair()
         with theirs:
-            environment = {**importing_environment(), **dict.fromkeys(ONE_THREAD, "1")}
+            environment = {**make_importing_environment(), **dict.fromkeys(ONE_THREAD, "1")}
             descriptor = theirs.fileno()
             self._process = subprocess.Popen(
-                python_module(DARKROOM, str(descriptor)),
+                make_module_command(DARKROOM, str(descriptor)),
                 pass_fds=[descriptor],
                 env=environment,
                 process_group=0,  # Ctrl-C is the server's matter

@@ -42,7 +42,7 @@ GreySum = NDArray[np.float32]
 
 
 def _compute_homography(camera: Camera, start: Pose, end: Pose) -> FloatArray:
-    """Homography (3, 3) from pixels of one picture to those of another.
+    """Return homography (3, 3) from pixels of one picture to those of another.
 
     Exact for what lies in the plane square to the view through the point of the floor that the
     middle of the picture shows, and for everything if the camera only turns.
@@ -80,12 +80,12 @@ class Exposures:
         pose = start.camera_pose(self._mount)
         smear = measure_smear_px(self._camera, pose, end.camera_pose(self._mount))
         still = smear < STILL_PX
-        picture = self._at_rest(pose) if still else self._moving(start, end, smear)
+        picture = self._expose_at_rest(pose) if still else self._expose_moving(start, end, smear)
         noise = self._rng.standard_normal(picture.shape, dtype=np.float32)
         noise *= self._setup.noise
         return np.asarray(np.clip(np.rint(picture + noise), 0, 255), dtype=np.uint8)
 
-    def _at_rest(self, pose: Pose) -> Image:
+    def _expose_at_rest(self, pose: Pose) -> Image:
         before = self._from
         if (
             self._sharp is None
@@ -95,7 +95,7 @@ class Exposures:
             self._sharp, self._from = self._render(pose, 1.0), pose
         return self._sharp
 
-    def _moving(self, start: Viewpoint, end: Viewpoint, smear: float) -> GreySum:
+    def _expose_moving(self, start: Viewpoint, end: Viewpoint, smear: float) -> GreySum:
         """Return the mean of the picture from the middle of the way, moved to moments of the
         exposure.
         """

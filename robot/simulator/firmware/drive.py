@@ -73,10 +73,11 @@ class Servo:
         self.stop()
         self._emergency = True
 
-    def next_speeds(
+    def compute_next_speeds(
         self, speed: float, turning: float, *, held: bool = False
     ) -> tuple[float, float]:
-        """Speed and turning a step later. `held`: to a stand now, and go on with it afterwards."""
+        """Return speed and turning a step later. `held`: to a stand now, and go on with it
+        afterwards."""
         if self._emergency:
             if speed == 0.0 and turning == 0.0:
                 self._emergency = False
@@ -158,13 +159,13 @@ class Settings:
         return self
 
     def ramps(self) -> tuple[Ramp, Ramp]:
-        """Limits ahead in m/s and m/s², and of turning in rad/s and rad/s²."""
+        """Return limits ahead in m/s and m/s², and of turning in rad/s and rad/s²."""
         ahead = (self.speed, self.acceleration, self.deceleration)
         turn = (self.turning, self.turning_acceleration, self.turning_deceleration)
         return Ramp(*(mm / 1e3 for mm in ahead)), Ramp(*(math.radians(deg) for deg in turn))
 
-    def hard_decelerations(self) -> tuple[float, float]:
-        """m/s² and rad/s² of an emergency stop: as much as the robot can."""
+    def get_hard_decelerations(self) -> tuple[float, float]:
+        """Return m/s² and rad/s² of an emergency stop: as much as the robot can."""
         return self.acceleration_top / 1e3, math.radians(self.turning_acceleration_top)
 
     def reported(self, configuration: Configuration) -> Configuration:
@@ -206,7 +207,7 @@ class Drive:
         """As after power-on: motors off, settings and odometry as at first."""
         self.settings = Settings.of(self.configuration, self.parameters)
         ahead, turn = self.settings.ramps()
-        self.servo = Servo(ahead, turn, *self.settings.hard_decelerations())
+        self.servo = Servo(ahead, turn, *self.settings.get_hard_decelerations())
         self.contacts = Contacts((self.configuration.stall_count or 0) / 1e3)
         self.odometry = Pose2()
         self.motors = False
@@ -233,21 +234,23 @@ class Drive:
                 self.contacts.stall(now)
 
     def bumpers(self) -> tuple[int, int]:
-        """Bits of the bumpers in front and behind that are pressed."""
+        """Return bits of the bumpers in front and behind that are pressed."""
         front, rear = self.configuration.front_bumpers, self.configuration.rear_bumpers
         return pressed(self.body.contact, self.body.truth, front or 0, rear or 0)
 
     def step(self, now: float, *, held: bool) -> None:
-        """Goes on for a step of the dynamics; `held`: to a stand, and on with it afterwards."""
+        """Go on for a step of the dynamics; `held`: to a stand, and on with it afterwards."""
         body = self.body
         if self.motors and not self.contacts.stalled:
-            body.speed, body.turning = self.servo.next_speeds(body.speed, body.turning, held=held)
+            body.speed, body.turning = self.servo.compute_next_speeds(
+                body.speed, body.turning, held=held
+            )
         else:
             falls = (ROLL_OUT, ROLL_OUT_TURN)
             if self.motors:
-                falls = self.settings.hard_decelerations()
-            body.speed = _nearer_zero(body.speed, falls[0] * STEP)
-            body.turning = _nearer_zero(body.turning, falls[1] * STEP)
+                falls = self.settings.get_hard_decelerations()
+            body.speed = _reduce_speed(body.speed, falls[0] * STEP)
+            body.turning = _reduce_speed(body.turning, falls[1] * STEP)
         way, turn = body.step()
         self.odometry = add_arc(self.odometry, way, turn)
         front, rear = self.bumpers()
@@ -284,5 +287,5 @@ class Drive:
             self.servo.ahead, self.servo.turn = self.settings.ramps()
 
 
-def _nearer_zero(speed: float, change: float) -> float:
+def _reduce_speed(speed: float, change: float) -> float:
     return math.copysign(max(abs(speed) - change, 0.0), speed)

@@ -225,12 +225,12 @@ class Firmware:
         self.drive.reset()
         self._decoder, self._waiting_since = Decoder(), None
         self._out.clear()
-        self.baud, self._baud_trial = self._flash_baud(), None
+        self.baud, self._baud_trial = self._find_flash_baud(), None
         self._close()
         for port in self.ports:
             port.reset()
 
-    def _flash_baud(self) -> int:
+    def _find_flash_baud(self) -> int:
         return BAUD_RATES[self.drive.configuration.host_baud or 0]
 
     def _cycle(self) -> float:
@@ -250,9 +250,9 @@ class Firmware:
             self._boot_until = None
             self.drive.reset()  # whatever the wheels rolled while it was off was not counted
             self._say(Packet(Report.RESET_2))
-        self._give_up_bytes(now)
+        self._expire_bytes(now)
         if self._baud_trial is not None and now > self._baud_trial:
-            self.baud, self._baud_trial = self._flash_baud(), None
+            self.baud, self._baud_trial = self._find_flash_baud(), None
         self.drive.step(now, held=self.unattended(now))
         for port in self.ports:
             packet = port.poll(now)
@@ -275,11 +275,11 @@ class Firmware:
     # --- reports
 
     def _report(self, now: float) -> None:
-        self._say(self._sip(now))
+        self._say(self._make_sip(now))
         if self._streams_pose:
             self._say(self._true_pose())
 
-    def _sip(self, now: float) -> Packet:
+    def _make_sip(self, now: float) -> Packet:
         drive, body, odometry = self.drive, self.drive.body, self.drive.odometry
         units = drive.parameters
         front, rear = drive.bumpers()
@@ -321,7 +321,7 @@ class Firmware:
 
     # --- commands
 
-    def _give_up_bytes(self, now: float) -> None:
+    def _expire_bytes(self, now: float) -> None:
         since = self._waiting_since
         if since is None:
             return

@@ -19,12 +19,12 @@ from facetlog.robot.head.canon import (
     CanonError,
     CanonModel,
     CanonSyntaxError,
-    angles_of,
+    counts_to_angles,
     encode_angle,
-    hexadecimal,
+    encode_hexadecimal,
     number,
     parse_command,
-    position_of,
+    parse_position,
 )
 from facetlog.robot.simulator.device import SerialOut, Slew
 
@@ -116,7 +116,7 @@ class CanonHead:
 
     def angles(self, now: float) -> tuple[float, float, float]:
         """Return where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
-        pan, tilt = angles_of(self._pan.at(now), self._tilt.at(now))
+        pan, tilt = counts_to_angles(self._pan.at(now), self._tilt.at(now))
         return pan, tilt, self._zoom.at(now)
 
     def _take(self, frame: bytes, now: float) -> None:
@@ -141,7 +141,7 @@ class CanonHead:
         return _Power.ON if self._on else _Power.OFF
 
     def _answer(self, command: CanonCommand, parameters: bytes, now: float) -> Answer:
-        """ValueError for parameters that the command does not take."""
+        """Return ValueError for parameters that the command does not take."""
         power = self._power(now)
         if power is _Power.SWITCHING:
             return BUSY
@@ -176,7 +176,7 @@ class CanonHead:
         self._tilt_range = (self._model.tilt_lowest, self._model.tilt_highest_at_first)
 
     def _pedestal(self, command: CanonCommand, parameters: bytes, now: float) -> Answer:
-        """Carry out a command that moves the head or asks for its position."""
+        """Return carry out a command that moves the head or asks for its position."""
         finding = now < self._initialized_at + MIDDLE_S
         moving = finding or now < max(self._pan.end, self._tilt.end)
         if command is CanonCommand.POSITION_REQUEST:
@@ -205,7 +205,7 @@ class CanonHead:
             case CanonCommand.HOME if not parameters:
                 self._go_home(now)
             case CanonCommand.MOVE:
-                pan, tilt = position_of(parameters)
+                pan, tilt = parse_position(parameters)
                 if not (_within(pan, self._pan_range) and _within(tilt, self._tilt_range)):
                     return WRONG
                 self._pan = self._pan.to(pan, self._pan_speed, now)
@@ -239,10 +239,10 @@ class CanonHead:
         match command:
             case CanonCommand.PAN_SPEED:
                 self._pan_speed = _digits(parameters, 3, model.slowest, model.fastest_pan)
-                self._speed_up(now)
+                self._change_speed(now)
             case CanonCommand.TILT_SPEED:
                 self._tilt_speed = _digits(parameters, 3, model.slowest, model.fastest_tilt)
-                self._speed_up(now)
+                self._change_speed(now)
             case CanonCommand.RANGE:
                 self._set_range(parameters)
             case CanonCommand.ZOOM:
@@ -254,12 +254,12 @@ class CanonHead:
                 counts = model.zoom_highest if parameters == b"3" else round(self._zoom.at(now))
                 if parameters not in (b"0", b"3"):
                     return WRONG
-                return Answer(CanonError.NONE, hexadecimal(counts, 4))
+                return Answer(CanonError.NONE, encode_hexadecimal(counts, 4))
             case _:
                 return WRONG
         return DONE
 
-    def _speed_up(self, now: float) -> None:
+    def _change_speed(self, now: float) -> None:
         """A new speed holds for the motion under way as well (manual, page 27)."""
         if now < self._initialized_at + MIDDLE_S:
             return
@@ -270,7 +270,7 @@ class CanonHead:
 
     def _set_range(self, parameters: bytes) -> None:
         axis = _one_of(parameters[:1], 2)
-        lowest, highest = position_of(parameters[1:])
+        lowest, highest = parse_position(parameters[1:])
         model = self._model
         widest = (-model.pan_limit, model.pan_limit)
         if axis:

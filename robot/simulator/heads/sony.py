@@ -37,8 +37,8 @@ from facetlog.robot.head.visca import (
     ViscaError,
     ViscaSyntaxError,
     ZoomTo,
+    encode_nibbles,
     encode_reply,
-    nibbles,
     parse_command,
 )
 from facetlog.robot.simulator.device import SerialOut, Slew
@@ -75,7 +75,7 @@ class SonyMotion:
         return self.move(HOME, now)
 
     def drive(self, drive: Drive, now: float) -> None:
-        """Goes on to the limits, or stops."""
+        """Go on to the limits, or stops."""
         model = self._model
         self.stop(now)
         if drive.pan:
@@ -86,7 +86,7 @@ class SonyMotion:
             self._tilt = self._tilt.to(end, self._tilt_speed(drive.tilt_speed), now)
 
     def zoom_to(self, counts: int, now: float) -> float:
-        """Zoom to a position; return when it is there."""
+        """Return zoom to a position; return when it is there."""
         self._zoom = self._zoom.to(counts, self._model.zoom_highest / ZOOM_RANGE_S, now)
         return self._zoom.end
 
@@ -235,10 +235,10 @@ class SonyHead:
             return Failed(ViscaError.NOT_EXECUTABLE)
         match inquiry:
             case Inquiry.ZOOM:
-                return Information(nibbles(round(self._motion.zoom(now))))
+                return Information(encode_nibbles(round(self._motion.zoom(now))))
             case Inquiry.POSITION:
                 place = self._motion.place(now)
-                return Information(b"".join(nibbles(round(counts)) for counts in place))
+                return Information(b"".join(encode_nibbles(round(counts)) for counts in place))
 
     def _order(self, command: Command, now: float) -> None:
         if command is Fixed.CLEAR:
@@ -253,7 +253,7 @@ class SonyHead:
         else:
             self._say(Ack(socket), now)
             if isinstance(command, Drive):
-                self._break_off(_part(command), now)
+                self._end_motions(_part(command), now)
             running = self._sockets[socket] = _Running(command, None)
             if not self._must_wait(socket):
                 running.end = self._begin(command, now)
@@ -287,7 +287,7 @@ class SonyHead:
         elif not on:
             self._motion.stop(now)
             self._motion.stop_zoom(now)
-            self._forget_motions()
+            self._drop_motions()
             self._ready_at = math.inf
         self._on = on
         return self._ready_at if on and now < self._ready_at else now
@@ -296,9 +296,9 @@ class SonyHead:
         for running in self._sockets.values():
             if running.end is not None:
                 self._stop_axes(running.command, now)
-        self._forget_motions()
+        self._drop_motions()
 
-    def _forget_motions(self) -> None:
+    def _drop_motions(self) -> None:
         self._sockets = {
             socket: running
             for socket, running in self._sockets.items()
@@ -312,7 +312,7 @@ class SonyHead:
             case _Part.HEAD:
                 self._motion.stop(now)
 
-    def _break_off(self, part: _Part, now: float) -> None:
+    def _end_motions(self, part: _Part, now: float) -> None:
         """End the motions of a part, the one that runs and the one that waits."""
         for socket, running in sorted(self._sockets.items()):
             if _part(running.command) is part:

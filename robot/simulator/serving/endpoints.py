@@ -20,7 +20,7 @@ from facetlog.errors import DeviceError, InputError
 
 
 def split_host_and_port(address: str, option: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT` (port 0: any free one); InputError names the `option`.
+    """Return host and port of `HOST:PORT` (port 0: any free one); InputError names the `option`.
 
     >>> split_host_and_port("127.0.0.1:8101", "--listen")
     ('127.0.0.1', 8101)
@@ -81,7 +81,7 @@ class Endpoint(Protocol):
         """Return the descriptors to wait for."""
 
     def read(self, baud: int) -> bytes:
-        """Bytes from a client since the last call."""
+        """Return bytes from a client since the last call."""
 
     def write(self, data: bytes, now: float, baud: int) -> None:
         """Send to the client, if there is one."""
@@ -117,7 +117,7 @@ class TcpEndpoint:
     def read(self, baud: int) -> bytes:  # noqa: ARG002 - a TCP line has no speed
         """Return the bytes of the client, and take another client if there is none."""
         data = self._received()
-        for client in self._callers():
+        for client in self._iter_callers():
             data += self._received()  # the one before may just have gone
             if self._client is None:
                 self._client = client
@@ -161,7 +161,7 @@ class TcpEndpoint:
                 self.hang_up()
         return data
 
-    def _callers(self) -> Iterator[socket.socket]:
+    def _iter_callers(self) -> Iterator[socket.socket]:
         with suppress(BlockingIOError):
             while True:
                 client, _ = self._listener.accept()

@@ -90,7 +90,7 @@ class _Handler(BaseHTTPRequestHandler):
             case "/" | "/stream.mjpg":
                 self._stream()
             case "/frame.jpg":
-                self._still()
+                self._send_still()
             case "/state":
                 with self.server.live.now() as (simulation, now):
                     state = simulation.state(now)
@@ -133,10 +133,10 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(body)
 
-    def _still(self) -> None:
+    def _send_still(self) -> None:
         camera = self.server.camera
         with camera.watching():
-            shot = camera.next_shot(0, time.monotonic(), STILL_SECONDS)
+            shot = camera.wait_for_shot(0, time.monotonic(), STILL_SECONDS)
         if shot is None:
             self._json(HTTPStatus.SERVICE_UNAVAILABLE, {"error": "the camera sends no picture"})
         else:
@@ -151,7 +151,7 @@ class _Handler(BaseHTTPRequestHandler):
         camera, number, began = self.server.camera, 0, time.monotonic()
         with camera.watching():
             while not camera.closed:
-                shot = camera.next_shot(number, began, PATIENCE)
+                shot = camera.wait_for_shot(number, began, PATIENCE)
                 if shot is None:
                     continue
                 number = shot.number

@@ -7,7 +7,7 @@ from typing import Any
 
 from facetlog.batch.output import read_rows
 from facetlog.batch.rows import Row
-from facetlog.batch.settings import CRISP, Item, Settings, stated_options
+from facetlog.batch.settings import CRISP, Item, Settings, parse_read_as
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.plain_text import plain_text
@@ -37,7 +37,7 @@ class Change:
         }
 
 
-def older_rows(path: Path) -> dict[str, Row]:
+def read_older_rows(path: Path) -> dict[str, Row]:
     """Return the rows of a table by path; raise InputError if it cannot be read or has none."""
     rows = {row["path"]: row for row in read_rows(path)}
     if not rows:
@@ -45,12 +45,12 @@ def older_rows(path: Path) -> dict[str, Row]:
     return rows
 
 
-def were_crisp(old: Mapping[str, Row]) -> bool:
+def is_table_crisp(old: Mapping[str, Row]) -> bool:
     """Return whether the rows of an older table, which has some, were all judged with --crisp."""
     return bool(old) and all(row["read_as"].split()[-1:] == [CRISP] for row in old.values())
 
 
-def read_as_then(
+def keep_older_options(
     items: Sequence[Item], old: Mapping[str, Row], *, up: bool, unit: bool
 ) -> tuple[Item, ...]:
     """Return the items with the options that their older rows tell, but for `up` or `unit` if
@@ -65,7 +65,7 @@ def read_as_then(
 
 
 def _as_then(item: Item, row: Row, *, up: bool, unit: bool) -> Item:
-    then_up, then_unit = stated_options(row["read_as"])
+    then_up, then_unit = parse_read_as(row["read_as"])
     return replace(
         item,
         up=item.up if up or item.up else then_up,
@@ -74,7 +74,7 @@ def _as_then(item: Item, row: Row, *, up: bool, unit: bool) -> Item:
     )
 
 
-def check_alike(items: Sequence[Item], settings: Settings, old: Mapping[str, Row]) -> None:
+def check_same_options(items: Sequence[Item], settings: Settings, old: Mapping[str, Row]) -> None:
     """Raise InputError if none of the scenes of older rows is read as then: nothing to compare."""
     pairs = [
         (row["read_as"], item.read_as(settings))

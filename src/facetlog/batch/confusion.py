@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from facetlog.batch.labels import ERROR, NONE, Label, Truth
-from facetlog.batch.rows import HOLDS, Row, sureness
+from facetlog.batch.rows import HOLDS, Row, get_confidence_or_degree
 
 """What a scene without verdicts was answered; never right."""
 
@@ -132,7 +132,7 @@ class Confusion:
                     truth.answer,
                     given,
                     None if verdict is None else verdict["degree"],
-                    None if verdict is None else sureness(verdict),
+                    None if verdict is None else get_confidence_or_degree(verdict),
                     row["error"],
                     label.kind,
                 )

@@ -9,7 +9,7 @@ from facetlog.regular_file import open_regular
 HASHED_AT_ONCE = 1 << 20  # bytes
 
 
-def content_hash(path: Path) -> str:
+def hash_content(path: Path) -> str:
     """Return the SHA-256 of a file, as hexadecimal digits; InputError if it cannot be read."""
     digest = hashlib.sha256()
     try:

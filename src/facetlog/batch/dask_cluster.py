@@ -26,14 +26,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from facetlog.batch.content import content_hash
-from facetlog.batch.memory import share_mb
+from facetlog.batch.content import hash_content
+from facetlog.batch.memory import compute_share_mb
 from facetlog.batch.pool import ATTEMPTS, Answer, Pool, Task
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import error_row
 from facetlog.batch.settings import Item, Settings
-from facetlog.errors import EngineError, FacetlogError, InputError, missing_extra
-from facetlog.kb.loading.rule_source import rule_sources
+from facetlog.errors import EngineError, FacetlogError, InputError, make_missing_extra_error
+from facetlog.kb.loading.rule_source import read_rule_sources
 from facetlog.kb.recognize import rule_files
 from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
 from facetlog.terminal import warn
@@ -65,7 +65,7 @@ def cluster(address: str, settings: Settings) -> Iterator["Cluster"]:
     try:
         import distributed
     except ImportError as exc:
-        raise missing_extra("--dask", "dask.distributed", "dask") from exc
+        raise make_missing_extra_error("--dask", "dask.distributed", "dask") from exc
     # It logs a lost connection in forty lines; what it means is said in one, here.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -115,7 +115,7 @@ class Cluster:
     def _spread(self, waiting: deque[Task]) -> Iterator[Answer]:
         if not waiting:
             return
-        package = package_of(self._settings)
+        package = pack_models(self._settings)
         done: queue.SimpleQueue[Any] = queue.SimpleQueue()
         handed: dict[str, list[tuple[Task, bytes | None]]] = {}
 
@@ -215,12 +215,12 @@ def _sent(item: Item, content: bytes | None) -> dict[str, Any]:
     if content is not None:
         return {"item": item.to_json(), "content": content}
     try:
-        return {"item": item.to_json(), "sha256": content_hash(Path(item.path))}
+        return {"item": item.to_json(), "sha256": hash_content(Path(item.path))}
     except InputError:
         return {"item": item.to_json(), "sha256": None}  # it may be there, though not here
 
 
-def package_of(settings: Settings) -> Package:
+def pack_models(settings: Settings) -> Package:
     """Return the settings with all that their models are made of, for machines that do not have
     them.
 
@@ -228,7 +228,10 @@ def package_of(settings: Settings) -> Package:
     """
     named = rule_files(map(Path, settings.models))
     files = dict.fromkeys(
-        file.resolve() for path in named for source in rule_sources(path) for file in source.files
+        file.resolve()
+        for path in named
+        for source in read_rule_sources(path)
+        for file in source.files
     )
     if not files:
         return {"settings": settings.to_json(), "named": [], "files": {}}
@@ -236,11 +239,11 @@ def package_of(settings: Settings) -> Package:
     return {
         "settings": settings.to_json(),
         "named": [str(path.relative_to(root)) for path in named],
-        "files": {str(file.relative_to(root)): _model_text(file) for file in files},
+        "files": {str(file.relative_to(root)): _read_model_text(file) for file in files},
     }
 
 
-def _model_text(file: Path) -> bytes:
+def _read_model_text(file: Path) -> bytes:
     try:
         return read_regular(file)
     except OSError as exc:
@@ -250,7 +253,7 @@ def _model_text(file: Path) -> bytes:
 def work(
     package: Package, items: list[dict[str, Any]], models_hash: str
 ) -> list[tuple[bool, bytes] | None]:
-    """Classify items on a worker; return whether each failed, and its row as JSON.
+    """Return classify items on a worker; return whether each failed, and its row as JSON.
 
     None for an item whose file is not here, or has another content. Raise InputError if the models
     come out differently than on the client: another version of the program.
@@ -261,13 +264,13 @@ def work(
             raise InputError(
                 "the cluster's models are not those of the client: install the same version there"
             )
-        at_hand = [found for sent in items if (found := _at_hand(sent, Path(folder)))]
+        at_hand = [found for sent in items if (found := _find_item_at_hand(sent, Path(folder)))]
         for answer in pool.answers(map(Task, at_hand)):
             answers[answer.task.item.path] = (answer.failed, answer.line)
     return [answers.get(sent["item"]["path"]) for sent in items]
 
 
-def _at_hand(sent: Mapping[str, Any], folder: Path) -> Item | None:
+def _find_item_at_hand(sent: Mapping[str, Any], folder: Path) -> Item | None:
     item = Item(**sent["item"])
     if "content" in sent:
         # Under its own name, which errors tell, in a folder of its own.
@@ -277,7 +280,7 @@ def _at_hand(sent: Mapping[str, Any], folder: Path) -> Item | None:
         file.write_bytes(sent["content"])
         return replace(item, file=str(file))
     try:
-        return item if sent["sha256"] in (None, content_hash(Path(item.path))) else None
+        return item if sent["sha256"] in (None, hash_content(Path(item.path))) else None
     except InputError:
         return None
 
@@ -297,7 +300,7 @@ def _engine(package: Package) -> Iterator[Pool]:
     try:
         pool = idle.get_nowait()
     except queue.Empty:
-        pool = Pool(_within_share(_unpacked(package, digest)))
+        pool = Pool(_apply_memory_share(_unpacked(package, digest)))
         atexit.register(pool.close)
     try:
         yield pool
@@ -307,7 +310,7 @@ def _engine(package: Package) -> Iterator[Pool]:
     idle.put(pool)
 
 
-def _within_share(settings: Settings) -> Settings:
+def _apply_memory_share(settings: Settings) -> Settings:
     """Return the settings with a limit of memory: that of this worker of the cluster by its
     threads.
     """
@@ -321,7 +324,7 @@ def _within_share(settings: Settings) -> Settings:
         return settings
     limit = worker.memory_manager.memory_limit  # bytes; None: it has none
     of_mb = limit / (1 << 20) if limit else None
-    return replace(settings, memory_mb=share_mb(worker.state.nthreads, of_mb))
+    return replace(settings, memory_mb=compute_share_mb(worker.state.nthreads, of_mb))
 
 
 def _unpacked(package: Package, digest: str) -> Settings:

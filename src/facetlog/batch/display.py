@@ -15,7 +15,7 @@ DRAWN_SECONDS = 0.1
 
 
 @contextmanager
-def showing_rate(doing: str = "classify", what: str = "scene") -> Iterator[Progress]:
+def show_rate(doing: str = "classify", what: str = "scene") -> Iterator[Progress]:
     """Show progress with rate and time left; yield the function to report it to."""
     from rich.console import Console
 
@@ -69,15 +69,15 @@ def _lines(what: str) -> Progress:
     def report(done: int, total: int, failed: int) -> None:
         clock.begin(done)
         if clock.due(LINE_SECONDS, last=False) and done < total:
-            note(line_of_progress(done, total, failed, clock.rate(done), what))
+            note(format_progress(done, total, failed, clock.rate(done), what))
 
     return report
 
 
-def line_of_progress(done: int, total: int, failed: int, rate: float, what: str = "scene") -> str:
+def format_progress(done: int, total: int, failed: int, rate: float, what: str = "scene") -> str:
     """Return the progress in one line.
 
-    >>> line_of_progress(500, 2000, 1, 10.0)
+    >>> format_progress(500, 2000, 1, 10.0)
     '500 of 2000 scenes, 10/s, 2 min 30 s left, 1 with an error'
     """
     said = [f"{done} of {many(total, what)}"]

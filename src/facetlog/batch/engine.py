@@ -6,10 +6,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from facetlog.batch.content import content_hash
-from facetlog.batch.memory import left_mb, needs_more, share_mb
+from facetlog.batch.content import hash_content
+from facetlog.batch.memory import compute_share_mb, format_memory_error, get_left_mb
 from facetlog.batch.profile import Profile
-from facetlog.batch.rows import Row, error_row, scene_row
+from facetlog.batch.rows import Row, error_row, make_scene_row
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import EngineError, FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
@@ -20,8 +20,8 @@ from facetlog.perception.facts.all_facts import FactColumns, fact_columns
 from facetlog.perception.facts.most_faces import check_face_count
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import read_shape
-from facetlog.perception.shapes.shape_options import says_itself
-from facetlog.terminal import one_line, short_line
+from facetlog.perception.shapes.shape_options import is_scene_file
+from facetlog.terminal import fit_on_one_line, make_short_line
 
 BYTES_AT_ONCE = 400_000
 """Of scene files that are read and made into facts together: some 500 faces, and 40 ms."""
@@ -47,7 +47,7 @@ def _blocks(items: Iterable[Item]) -> Iterator[list[Item]]:
     block: list[Item] = []
     total = 0
     for item in items:
-        size = _size(item.place) if says_itself(item.place) else BYTES_AT_ONCE
+        size = _size(item.place) if is_scene_file(item.place) else BYTES_AT_ONCE
         if block and total + size > BYTES_AT_ONCE:
             yield block
             block, total = [], 0
@@ -69,7 +69,7 @@ class SceneEngine:
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
-        self._memory_mb = settings.memory_mb or share_mb(1)
+        self._memory_mb = settings.memory_mb or compute_share_mb(1)
         self.spent = False
         """Whether memory ran out: whoever has more scenes takes a fresh process for them."""
         self._limits = Limits(seconds=settings.clock_seconds)
@@ -107,7 +107,7 @@ class SceneEngine:
         """Read the scene of a file."""
         start, read = time.perf_counter(), _Read(item)
         with self.profile.timed("read"), self._told(read):
-            read.sha256 = content_hash(Path(item.place))
+            read.sha256 = hash_content(Path(item.place))
             scene = read_shape(Path(item.place), shape_options(item, self._settings))
             check_face_count(scene, item.place)
             read.scene = scene
@@ -139,18 +139,20 @@ class SceneEngine:
             yield
         except MemoryError:
             self.spent = True
-            read.error = short_line(f"{item.path}: {needs_more(self._memory_mb)}")
+            read.error = make_short_line(f"{item.path}: {format_memory_error(self._memory_mb)}")
         except EngineError as exc:
             # Prolog says the same when it reaches its own limit and when it gets no more memory.
-            self.spent = STACKS in str(exc) and left_mb() < self._limits.stack_mb
-            reason = f"{item.path}: {needs_more(self._memory_mb)}" if self.spent else str(exc)
-            read.error = short_line(reason.replace(item.place, item.path))
+            self.spent = STACKS in str(exc) and get_left_mb() < self._limits.stack_mb
+            reason = (
+                f"{item.path}: {format_memory_error(self._memory_mb)}" if self.spent else str(exc)
+            )
+            read.error = make_short_line(reason.replace(item.place, item.path))
         except FacetlogError as exc:
-            read.error = short_line(str(exc).replace(item.place, item.path))
+            read.error = make_short_line(str(exc).replace(item.place, item.path))
         except RecursionError:
-            read.error = short_line(f"{item.path}: it is nested too deeply")
+            read.error = make_short_line(f"{item.path}: it is nested too deeply")
         except Exception as exc:  # a fault of ours: it must not cost the other scenes
-            read.error = short_line(f"{item.path}: {type(exc).__name__}: {exc}")
+            read.error = make_short_line(f"{item.path}: {type(exc).__name__}: {exc}")
 
     def _row(self, read: _Read) -> Row:
         start = time.perf_counter()
@@ -175,14 +177,14 @@ class SceneEngine:
             if verdict.limit:
                 beyond.setdefault((verdict.thing, verdict.limit), []).append(verdict.model)
         if (
-            any(limit == STACKS for _, limit in beyond) and left_mb() < self._limits.stack_mb
+            any(limit == STACKS for _, limit in beyond) and get_left_mb() < self._limits.stack_mb
         ):  # a fresh process may have more
             raise EngineError(f"{STACKS} was reached")
         too_many = [
             too_large(models, thing, f"{limit} was reached")
             for (thing, limit), models in beyond.items()
         ]
-        return scene_row(
+        return make_scene_row(
             read.item,
             self._settings,
             verdicts,
@@ -193,7 +195,7 @@ class SceneEngine:
             seconds=read.seconds + time.perf_counter() - start,
             up=None if scene.up is None else scene.up.tolist(),
             metric=scene.metric,
-            warnings=[*map(one_line, scene.warnings), *too_many],
+            warnings=[*map(fit_on_one_line, scene.warnings), *too_many],
         )
 
     def close(self) -> None:

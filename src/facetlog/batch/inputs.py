@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.output_folder import RUN_FILE, UNFINISHED, written_files
-from facetlog.perception.shapes.shape_options import shapes_among
-from facetlog.pictures_hint import hint_of_pictures
+from facetlog.output_folder import RUN_FILE, UNFINISHED, list_written_files
+from facetlog.perception.shapes.shape_options import find_shape_files
+from facetlog.pictures_hint import make_pictures_hint
 from facetlog.query_shell.scene_files import SCENE_FILE
 from facetlog.regular_file import MOST_BYTES, read_regular
 
@@ -18,7 +18,7 @@ STDIN = "-"
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
-def scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str, ...]:
+def find_scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the files that are meant, in the order given, each once.
 
     A source is a file, a folder (searched with all that is in it for files of known suffixes; what
@@ -48,7 +48,7 @@ def _found(source: str) -> tuple[str, ...]:
     if Path(source).is_dir():
         inside = tuple(_shapes_in(source))
         if not inside:
-            hint = hint_of_pictures(Path(source))
+            hint = make_pictures_hint(Path(source))
             raise InputError(f"{source}: the folder has no scene, mesh or cloud{hint}")
         return inside
     if not glob.has_magic(source) or Path(source).exists():
@@ -86,14 +86,14 @@ def _matched(pattern: str) -> Iterator[str]:
 def _shapes_in(folder: str) -> Iterator[str]:
     for place, inner, names in os.walk(folder):
         inner[:] = sorted(name for name in inner if not name.startswith(UNFINISHED))
-        written = written_files(Path(place)) if RUN_FILE in names else set()
+        written = list_written_files(Path(place)) if RUN_FILE in names else set()
         # Meshes that -o wrote beside a scene are drawn from it: they are no other thing.
         drawn = written - {SCENE_FILE} if SCENE_FILE in written else set()
-        for name in shapes_among([name for name in names if name not in drawn]):
+        for name in find_shape_files([name for name in names if name not in drawn]):
             yield str(Path(place, name))
 
 
-def paths_listed(source: str) -> tuple[str, ...]:
+def read_path_list(source: str) -> tuple[str, ...]:
     """Return the paths in a text file, one on a line; '-' is standard input.
 
     Empty lines and lines that begin with # are none; relative paths are so to the current folder,

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from facetlog.batch.output import MOST_LINE_BYTES
-from facetlog.batch.rows import Row, row_from, run_out
+from facetlog.batch.rows import Row, has_run_out, parse_row
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.regular_file import check_regular, open_regular
@@ -28,7 +28,7 @@ SYNC_SECONDS = 1.0
 """A power cut costs the rows of so long; a kill, that of the program alone, costs none."""
 
 
-def journal_path(output: Path) -> Path:
+def get_journal_path(output: Path) -> Path:
     """Return where the journal of a run with this output is: of a link beside what it leads to."""
     place = output.resolve() if output.is_symlink() else output
     return place.with_name(f"{place.name}.partial")
@@ -133,7 +133,7 @@ class Journal:
                     wanted = read_as.get(row["path"], row["read_as"])
                     if wanted != row["read_as"]:
                         raise _begun_with(self.path, "options", row["read_as"], wanted)
-                    if not run_out(row):
+                    if not has_run_out(row):
                         self._places[row["path"]] = (self._end, len(line))
                     self._end += len(line)
             elif not HEAD.startswith(head[: len(HEAD)]):  # cut off in the middle, too
@@ -217,7 +217,7 @@ def _taken_up(line: bytes, place: str) -> Row:
         data = json.loads(line)
     except (ValueError, RecursionError) as exc:
         raise InputError(f"{place}: is no row: move the journal away, or give --overwrite") from exc
-    return row_from(data, place)
+    return parse_row(data, place)
 
 
 def _begun_with(path: Path, what: str, then: object, now: object) -> InputError:

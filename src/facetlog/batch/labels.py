@@ -124,12 +124,12 @@ def check_model_names(models: Iterable[str]) -> None:
             raise InputError(f"a model is called {name}, which results say of no model: rename it")
 
 
-def unknown_labels(
+def iter_unknown_labels(
     labels: Iterable[str], models: Collection[str], counted_as: Mapping[str, Truth]
 ) -> Iterator[str]:
     """Say which labels are no models, and so count as none: with the model that is meant, if any.
 
-    >>> list(unknown_labels(["bxo", "lamp", "box"], ["box"], {}))  # doctest: +ELLIPSIS
+    >>> list(iter_unknown_labels(["bxo", "lamp", "box"], ["box"], {}))  # doctest: +ELLIPSIS
     ["label 'bxo' is no model: did you mean box? It counts as none", '1 other label ... none: lamp']
     """
     strange = [label for label in dict.fromkeys(labels) if label not in (*models, NONE)]
@@ -148,10 +148,10 @@ def unknown_labels(
         yield f"{count} and counted as none: {named}"
 
 
-def classes_named(names: str, models: Collection[str]) -> tuple[str, ...]:
+def parse_class_names(names: str, models: Collection[str]) -> tuple[str, ...]:
     """Return the models that a text like 'chair, box' names; InputError for one that is none.
 
-    >>> classes_named("chair, box,", ["box", "table", "chair"])
+    >>> parse_class_names("chair, box,", ["box", "table", "chair"])
     ('chair', 'box')
     """
     named = tuple(dict.fromkeys(filter(None, map(str.strip, names.split(",")))))
@@ -161,7 +161,7 @@ def classes_named(names: str, models: Collection[str]) -> tuple[str, ...]:
     return named
 
 
-def classes_labelled(
+def find_labelled_classes(
     models: Iterable[str], labels: Iterable[Label], counted_as: Mapping[str, Truth]
 ) -> tuple[str, ...]:
     """Return the models, in their order, that are labels, or that a label counts as.

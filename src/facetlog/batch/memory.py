@@ -40,10 +40,10 @@ def memory_mb() -> int:
     return min(found) // MEGABYTE
 
 
-def share_mb(workers: int, of_mb: float | None = None) -> int:
+def compute_share_mb(workers: int, of_mb: float | None = None) -> int:
     """Return the memory limit of each of so many workers, of `of_mb` or of this machine's memory.
 
-    >>> share_mb(4, of_mb=16000), share_mb(64, of_mb=16000)
+    >>> compute_share_mb(4, of_mb=16000), compute_share_mb(64, of_mb=16000)
     (3200, 400)
     """
     whole = memory_mb() if of_mb is None else of_mb
@@ -63,7 +63,7 @@ def limit_memory(most_mb: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
-def left_mb() -> float:
+def get_left_mb() -> float:
     """Return the memory left to this process, MB; infinite without a limit."""
     most, _ = resource.getrlimit(resource.RLIMIT_DATA)
     if most == resource.RLIM_INFINITY:
@@ -76,15 +76,15 @@ def left_mb() -> float:
     return (most - taken * os.sysconf("SC_PAGE_SIZE")) / MEGABYTE
 
 
-def needs_more(most_mb: int) -> str:
+def format_memory_error(most_mb: int) -> str:
     """Return the error of a scene that needs too much memory; rows.py knows it by its first words.
 
-    >>> needs_more(800)
+    >>> format_memory_error(800)
     'needs more memory than 800 MB: give more by --memory, or fewer --workers'
     """
     return f"needs more memory than {most_mb} MB: give more by --memory, or fewer --workers"
 
 
-def took_all(resident_mb: float, most_mb: int) -> bool:
+def is_memory_exhausted(resident_mb: float, most_mb: int) -> bool:
     """Return whether a process that died, and had so much resident at most, died of its limit."""
     return resident_mb >= NEAR_LIMIT * most_mb

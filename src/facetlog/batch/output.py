@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 
-from facetlog.batch.rows import COLUMNS, Row, RowRecord, row_from
-from facetlog.errors import InputError, missing_extra
-from facetlog.perception.atomic_write import writing_whole
+from facetlog.batch.rows import COLUMNS, Row, RowRecord, parse_row
+from facetlog.errors import InputError, make_missing_extra_error
+from facetlog.perception.atomic_write import open_atomically
 from facetlog.plain_text import plain_text
 from facetlog.regular_file import open_regular
 
@@ -46,7 +46,7 @@ def write_rows(path: Path, rows: Iterable[Row]) -> None:
     Raise InputError if it cannot be written.
     """
     write, _ = FORMATS[path.suffix.lower()]
-    with writing_whole(path) as file:
+    with open_atomically(path) as file:
         write(file, rows)
 
 
@@ -61,7 +61,7 @@ def read_rows(path: Path) -> Iterator[Row]:
     try:
         with open_regular(path) as file:
             for number, data in enumerate(read(file, path), start=1):
-                yield row_from(data, f"{path}: row {number}")
+                yield parse_row(data, f"{path}: row {number}")
     except OSError as exc:
         raise InputError(f"{path}: cannot be read: {exc.strerror or exc}") from exc
 
@@ -172,21 +172,23 @@ def _pyarrow() -> None:
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError as exc:
-        raise missing_extra("Parquet", "pyarrow", "batch") from exc
+        raise make_missing_extra_error("Parquet", "pyarrow", "batch") from exc
 
 
 def _arrow_schema() -> "pyarrow.Schema":
     """Return the columns of a row, typed as pandas and DuckDB take them."""
     import pyarrow
 
-    return pyarrow.schema(_arrow_fields(RowRecord))
+    return pyarrow.schema(_list_arrow_fields(RowRecord))
 
 
-def _arrow_fields(record: type[BaseModel]) -> list[tuple[str, Any]]:
-    return [(name, _arrow_type(field.annotation)) for name, field in record.model_fields.items()]
+def _list_arrow_fields(record: type[BaseModel]) -> list[tuple[str, Any]]:
+    return [
+        (name, _get_arrow_type(field.annotation)) for name, field in record.model_fields.items()
+    ]
 
 
-def _arrow_type(kind: Any) -> Any:
+def _get_arrow_type(kind: Any) -> Any:
     """Return Arrow's type of a field; any value may be missing."""
     import pyarrow as pa
 
@@ -194,11 +196,15 @@ def _arrow_type(kind: Any) -> Any:
     if kind in plain:
         return plain[kind]
     if isinstance(kind, type) and issubclass(kind, BaseModel):
-        return pa.struct(_arrow_fields(kind))
+        return pa.struct(_list_arrow_fields(kind))
     inner = [each for each in get_args(kind) if each is not type(None)]
     if get_origin(kind) is Literal:
         return pa.string()
-    return pa.list_(_arrow_type(inner[0])) if get_origin(kind) is tuple else _arrow_type(inner[0])
+    return (
+        pa.list_(_get_arrow_type(inner[0]))
+        if get_origin(kind) is tuple
+        else _get_arrow_type(inner[0])
+    )
 
 
 _Write = Callable[[BinaryIO, Iterable[Row]], None]

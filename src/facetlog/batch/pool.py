@@ -20,14 +20,14 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Self
 
-from facetlog.batch.memory import needs_more, share_mb, took_all
+from facetlog.batch.memory import compute_share_mb, format_memory_error, is_memory_exhausted
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.batch.worker import Word
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
 from facetlog.one_thread import ONE_THREAD
-from facetlog.python_process import importing_environment, python_module
+from facetlog.python_process import make_importing_environment, make_module_command
 
 START_SECONDS = 120.0
 """How long a worker may take to load its engine and models; a second is usual."""
@@ -58,7 +58,7 @@ QUEUE_SECONDS = 1.0
 # getrusage(2): kilobytes, but on macOS bytes.
 RSS_UNITS_PER_MB = 1 << 20 if sys.platform == "darwin" else 1 << 10
 
-WORKER = python_module("facetlog.batch.worker")
+WORKER = make_module_command("facetlog.batch.worker")
 
 # proc_pid_stat(5): fields 14 and 15 are utime and stime, in ticks. The name before them, in
 # brackets, may hold blanks, so they are counted from its end; field 3 is the first after it.
@@ -161,7 +161,7 @@ class _Worker:
         passed = time.monotonic() - self.since
         if passed < QUEUE_SECONDS:
             return passed
-        queued = queued_seconds(self.popen.pid)
+        queued = get_queued_seconds(self.popen.pid)
         if self.queued is None:
             self.queued = queued
         return passed - max(0.0, queued - self.queued)
@@ -188,7 +188,7 @@ class _Worker:
 
 
 def _environment() -> dict[str, str]:
-    return {**importing_environment(), **dict.fromkeys(ONE_THREAD, "1")}
+    return {**make_importing_environment(), **dict.fromkeys(ONE_THREAD, "1")}
 
 
 class Pool:
@@ -197,7 +197,7 @@ class Pool:
     def __init__(self, settings: Settings, count: int = 1) -> None:
         if count < 1:
             raise InputError(f"{count} workers: give a number above 0")
-        self._most_mb = settings.memory_mb or share_mb(count)
+        self._most_mb = settings.memory_mb or compute_share_mb(count)
         self._settings = replace(settings, memory_mb=self._most_mb)
         self._starts = 0  # in turn, at which a worker died
         self._crew: list[_Worker] = []
@@ -346,8 +346,8 @@ class Pool:
             if self._deaths[task.item] >= ATTEMPTS:
                 worker.assigned.popleft()
                 why = f"the worker process died at it, {ATTEMPTS} times: {death.how}"
-                if took_all(death.resident_mb, self._most_mb):
-                    why = needs_more(self._most_mb)
+                if is_memory_exhausted(death.resident_mb, self._most_mb):
+                    why = format_memory_error(self._most_mb)
                 yield self._failed(task, why)
         self._replace(worker, waiting)
 
@@ -397,13 +397,13 @@ def processor_seconds(pid: int) -> float | None:
     return (int(fields[USER]) + int(fields[SYSTEM])) / os.sysconf("SC_CLK_TCK")
 
 
-def queued_seconds(pid: int) -> float:
+def get_queued_seconds(pid: int) -> float:
     """Return seconds that threads of a process could have worked, and no processor was free for
     them.
 
     0.0 where nothing says it.
 
-    >>> queued_seconds(os.getpid()) >= 0.0
+    >>> get_queued_seconds(os.getpid()) >= 0.0
     True
     """
     total = 0

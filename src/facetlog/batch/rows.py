@@ -108,7 +108,7 @@ COLUMNS = tuple(RowRecord.model_fields)
 """The names of a row's fields."""
 
 
-def row_from(data: object, source: str) -> Row:
+def parse_row(data: object, source: str) -> Row:
     """Return the row of somebody's data; raise InputError, with the source and the field, if it is
     none.
 
@@ -140,11 +140,12 @@ def _standing(verdict: Row) -> tuple[bool, float, float]:
     return verdict["state"] == HOLDS, verdict["degree"], verdict["degree_at_most"]
 
 
-def sureness(verdict: Row) -> float:
+def get_confidence_or_degree(verdict: Row) -> float:
     """Return the confidence of a verdict, or the degree where there is
     none.
 
-    >>> sureness({"degree": 1.0, "confidence": 0.7}), sureness({"degree": 1.0})
+    >>> given = {"degree": 1.0}
+    >>> get_confidence_or_degree(given | {"confidence": 0.7}), get_confidence_or_degree(given)
     (0.7, 1.0)
     """
     degree: float = verdict["degree"]
@@ -152,18 +153,18 @@ def sureness(verdict: Row) -> float:
     return degree if confidence is None else confidence
 
 
-def run_out(row: Row) -> bool:
+def has_run_out(row: Row) -> bool:
     """Return whether it ran out of time or memory: that depends on the machine, so that it may go
     well another time.
 
-    >>> run_out({"path": "a.ply", "error": "a.ply: took longer than 60 s"})
+    >>> has_run_out({"path": "a.ply", "error": "a.ply: took longer than 60 s"})
     True
     """
     said = (row["error"] or "").removeprefix(row["path"])
     return any(words in said for words in RUN_OUT)
 
 
-def scene_row(
+def make_scene_row(
     item: Item, settings: Settings, verdicts: Sequence["BriefVerdict"], **known: Any
 ) -> Row:
     """Return the row of a scene that was read and judged; `known` are the other columns."""

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from facetlog.batch.content import content_hash
-from facetlog.batch.journal import Journal, check_not_in_use, journal_path
+from facetlog.batch.content import hash_content
+from facetlog.batch.journal import Journal, check_not_in_use, get_journal_path
 from facetlog.batch.output import check_format, read_rows
 from facetlog.batch.pool import Answer, Task
 from facetlog.batch.profile import Profile
-from facetlog.batch.rows import Row, run_out
+from facetlog.batch.rows import Row, has_run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from facetlog.output_file import check_output_file
@@ -89,7 +89,7 @@ def check_output(plan: Plan, inputs: Iterable[Path] = ()) -> None:
     if output is None:
         return
     check_format(output)
-    journal = journal_path(output)
+    journal = get_journal_path(output)
     # Both are read again: to go on, and to put rows into their order.
     for path in (output, journal):
         check_output_file(path, "-o", inputs, overwrite=True)
@@ -141,7 +141,7 @@ def _journal(plan: Plan, models_hash: str, stack: ExitStack) -> Journal:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="facetlog-"))
         path = Path(folder, "rows")
     else:
-        path = journal_path(plan.output)
+        path = get_journal_path(plan.output)
     read_as = {item.path: item.read_as(plan.settings) for item in plan.items}
     begun = path.exists()
     afresh = plan.overwrite and not plan.resume
@@ -170,7 +170,7 @@ def _take_up(output: Path, models_hash: str, read_as: Mapping[str, str], journal
                 f"{output}: {row['path']} was read with {row['read_as']}, now {wanted}: give the "
                 "options as then, or --overwrite"
             )
-        if wanted is not None and not run_out(row):
+        if wanted is not None and not has_run_out(row):
             journal.append(row["path"], _line(row))
 
 
@@ -187,7 +187,7 @@ def _take_over(plan: Plan, models_hash: str, journal: Journal) -> None:
 
 def _unchanged(item: Item, sha256: str) -> bool:
     try:
-        return content_hash(Path(item.place)) == sha256
+        return hash_content(Path(item.place)) == sha256
     except InputError:
         return False
 

@@ -11,10 +11,10 @@ from facetlog.perception.shapes.shape_options import (
     FROM_THE_FLOOR,
     NOT_GIVEN,
     ShapeOptions,
-    says_itself,
-    sensor_from,
-    unit_from,
-    up_from,
+    is_scene_file,
+    parse_sensor,
+    parse_unit,
+    parse_up,
 )
 
 CRISP = "crisp"
@@ -55,9 +55,9 @@ class Settings:
     override: bool = False
 
     def __post_init__(self) -> None:
-        up_from(self.up)
-        unit_from(self.unit)
-        sensor_from(self.sensor)
+        parse_up(self.up)
+        parse_unit(self.unit)
+        parse_sensor(self.sensor)
         if not self.seconds > 0:
             raise InputError(f"a time limit of {self.seconds:g} s: give seconds above 0")
         if self.memory_mb is not None and self.memory_mb < LEAST_MB:
@@ -115,20 +115,20 @@ class Item:
         >>> Item("a.ply", up="z").read_as(Settings())
         'up=z unit=none degrees'
         """
-        if says_itself(self.path):
+        if is_scene_file(self.path):
             return settings.judged_as
         up = (self.up or settings.up).replace(" ", "")  # a vector in a table may have some
         unit = self.unit or settings.unit
-        seen = f" sensor={settings.sensor}" if sensor_from(settings.sensor) else ""
+        seen = f" sensor={settings.sensor}" if parse_sensor(settings.sensor) else ""
         states = self.path.lower().endswith(FORMATS_WITH_UP)
         override = " override" if states and (settings.override or self.override) else ""
         return f"up={up} unit={unit}{seen}{override} {settings.judged_as}"
 
 
-def stated_options(read_as: str) -> tuple[str | None, str | None]:
+def parse_read_as(read_as: str) -> tuple[str | None, str | None]:
     """Return the options `up` and `unit` that a row's `read_as` states; None for those it does not.
 
-    >>> stated_options("up=z unit=none degrees"), stated_options("degrees")
+    >>> parse_read_as("up=z unit=none degrees"), parse_read_as("degrees")
     (('z', 'none'), (None, None))
     """
     given = dict(word.split("=", 1) for word in read_as.split() if "=" in word)
@@ -138,8 +138,8 @@ def stated_options(read_as: str) -> tuple[str | None, str | None]:
 def shape_options(item: Item, settings: Settings) -> ShapeOptions:
     """Return how a shape is read that does not say itself where up is and what its lengths are."""
     up = item.up or settings.up
-    unit = unit_from(item.unit or settings.unit)
+    unit = parse_unit(item.unit or settings.unit)
     override = settings.override or bool(item.override)
     return ShapeOptions(
-        up_from(up), up == FROM_THE_FLOOR, unit, sensor_from(settings.sensor), override
+        parse_up(up), up == FROM_THE_FLOOR, unit, parse_sensor(settings.sensor), override
     )

@@ -12,7 +12,7 @@ from enum import Enum
 from multiprocessing.connection import Connection
 from typing import Any
 
-from facetlog.batch.memory import limit_memory, needs_more
+from facetlog.batch.memory import format_memory_error, limit_memory
 from facetlog.errors import FacetlogError, RuleSyntaxError
 
 
@@ -80,7 +80,7 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
         say(Word.REFUSED, {"kind": kind if exc.exit_code == 2 else "engine", "error": str(exc)})
         return
     except MemoryError:
-        say(Word.REFUSED, {"kind": "input", "error": f"a worker {needs_more(most_mb)}"})
+        say(Word.REFUSED, {"kind": "input", "error": f"a worker {format_memory_error(most_mb)}"})
         return
     except Exception as exc:  # the other side must not wait for ever
         say(Word.REFUSED, {"kind": "engine", "error": f"{type(exc).__name__}: {exc}"})

@@ -14,7 +14,7 @@ from facetlog.commands.shape_options import StatedOptions
 from facetlog.commands.shared import NO, YES, AsJson, JudgingOptions, command
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.terminal import note, one_line, printable, warn
+from facetlog.terminal import fit_on_one_line, note, printable, warn
 
 if TYPE_CHECKING:
     from facetlog.batch.confusion import Confusion
@@ -144,12 +144,12 @@ def classify_command(
     """
     from facetlog.batch.compare import (
         Comparison,
-        check_alike,
-        older_rows,
-        read_as_then,
-        were_crisp,
+        check_same_options,
+        is_table_crisp,
+        keep_older_options,
+        read_older_rows,
     )
-    from facetlog.batch.display import showing_rate
+    from facetlog.batch.display import show_rate
     from facetlog.batch.labels import check_model_names, read_labels
     from facetlog.batch.outcome import Outcome
     from facetlog.batch.run import Plan, check_output
@@ -164,12 +164,12 @@ def classify_command(
         raise InputError("--classes and --count-as say what is right: give --labels as well")
     if run.profile and run.dask is not None:
         raise InputError("--profile is of workers of this machine: leave out --dask")
-    comparison = None if changed_since is None else Comparison(older_rows(changed_since))
+    comparison = None if changed_since is None else Comparison(read_older_rows(changed_since))
     old = {} if comparison is None else comparison.old
     settings = Settings(
         _resolve_models(models),
         judging.trust,
-        judging.crisp or were_crisp(old),
+        judging.crisp or is_table_crisp(old),
         stated.up_word,
         stated.unit_word,
         run.timeout,
@@ -181,8 +181,8 @@ def classify_command(
     )
     labels = {} if known.labels is None else read_labels(known.labels)
     items = _make_items(_list_paths(scenes or (), listed or (), labels, old), labels)
-    items = read_as_then(items, old, up=stated.up is not None, unit=stated.unit is not None)
-    check_alike(items, settings, old)
+    items = keep_older_options(items, old, up=stated.up is not None, unit=stated.unit is not None)
+    check_same_options(items, settings, old)
     plan = Plan(items, settings, out, run.resume, run.overwrite, old)
     given = (*models, known.labels, changed_since, *map(Path, listed or ()))
     read = [*(path for path in given if path is not None), *(Path(item.place) for item in items)]
@@ -205,7 +205,7 @@ def classify_command(
             outcome.kept, outcome.seconds = done.kept, done.seconds
             _write_table(done, plan, outcome, as_json=as_json)
             if report is not None and outcome.confusion is not None:
-                with showing_rate("report", "mistake") as show:
+                with show_rate("report", "mistake") as show:
                     write_report(report, outcome, outcome.confusion, done, crew, show)
             if html is not None:
                 _write_pages(html, done, crew)
@@ -231,12 +231,12 @@ def _list_paths(
     old: Mapping[str, "Row"],
 ) -> tuple[str, ...]:
     """Return the given scenes; if none are, those with a label, or those of the older table."""
-    from facetlog.batch.inputs import paths_listed, scene_paths
+    from facetlog.batch.inputs import find_scene_paths, read_path_list
 
-    named = [path for source in listed for path in paths_listed(source)]
+    named = [path for source in listed for path in read_path_list(source)]
     if not scenes and not named:
         named = [label.file for label in labels.values()] or list(old)
-    return scene_paths(scenes, named)
+    return find_scene_paths(scenes, named)
 
 
 def _make_items(paths: Sequence[str], labels: Mapping[str, "Label"]) -> tuple["Item", ...]:
@@ -271,14 +271,14 @@ def _open_workers(settings: "Settings", run: _RunOptions, scenes: int) -> Iterat
 
 @contextmanager
 def _run_plan(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
-    """Classify with a progress display; report how far it came if it is stopped."""
-    from facetlog.batch.display import showing_rate
+    """Provide classify with a progress display; report how far it came if it is stopped."""
+    from facetlog.batch.display import show_rate
     from facetlog.batch.run import classified
 
     reached = 0
     with ExitStack() as stack:
         try:
-            with showing_rate() as show:
+            with show_rate() as show:
 
                 def report(done: int, total: int, failed: int) -> None:
                     nonlocal reached
@@ -301,23 +301,28 @@ def _make_confusion(
 ) -> "Confusion":
     """Return the matrix to fill; raise InputError for classes that no model is."""
     from facetlog.batch.confusion import Confusion
-    from facetlog.batch.labels import classes_labelled, classes_named, truths, unknown_labels
+    from facetlog.batch.labels import (
+        find_labelled_classes,
+        iter_unknown_labels,
+        parse_class_names,
+        truths,
+    )
 
     by_path = {
         item.path: label
         for item in items
         if (label := labels.get(os.path.realpath(item.path))) is not None
     }
-    asked = classes_named(known.classes or "", models)
+    asked = parse_class_names(known.classes or "", models)
     counted_as = truths(known.count_as or (), asked or models)
     occurring = {label.label for label in labels.values()}
     for name in counted_as.keys() - occurring:
         warn(f"--count-as {name}: no label is called so")
     counted_as = {name: truth for name, truth in counted_as.items() if name in occurring}
-    for line in unknown_labels(sorted(occurring), models, counted_as):
+    for line in iter_unknown_labels(sorted(occurring), models, counted_as):
         warn(f"{line}; --count-as LABEL=CLASS says otherwise")
     return Confusion(
-        by_path, asked or classes_labelled(models, by_path.values(), counted_as), counted_as
+        by_path, asked or find_labelled_classes(models, by_path.values(), counted_as), counted_as
     )
 
 
@@ -340,11 +345,11 @@ def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json:
 
 def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
     """Write the pages, and warn of scenes that have none though they have a row."""
-    from facetlog.batch.display import showing_rate
+    from facetlog.batch.display import show_rate
     from facetlog.batch.pages.scene_pages import INDEX, write_pages
 
     try:
-        with showing_rate("pages", "page") as show:
+        with show_rate("pages", "page") as show:
             missing = write_pages(folder, done, crew, show)
     except KeyboardInterrupt:
         note(f"stopped: no page is in {folder}; with a table, --resume makes them from it")
@@ -354,13 +359,15 @@ def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
 
 
 def _format_row(row: "Row") -> str:
-    from facetlog.batch.rows import sureness
+    from facetlog.batch.rows import get_confidence_or_degree
 
     if row["error"] is not None:
-        return one_line(f"{row['path']}: error: {row['error'].removeprefix(row['path'] + ': ')}")
+        return fit_on_one_line(
+            f"{row['path']}: error: {row['error'].removeprefix(row['path'] + ': ')}"
+        )
     if row["model"] is None:
-        return one_line(f"{row['path']}: none")
-    return one_line(f"{row['path']}: {row['model']} ({sureness(row):.0%})")
+        return fit_on_one_line(f"{row['path']}: none")
+    return fit_on_one_line(f"{row['path']}: {row['model']} ({get_confidence_or_degree(row):.0%})")
 
 
 def _print_outcome(outcome: "Outcome", *, as_json: bool) -> None:

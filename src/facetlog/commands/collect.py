@@ -16,11 +16,11 @@ from facetlog.commands.robot_options import (
     RobotAddress,
     RobotOptions,
     Start,
-    ended_by_signals,
-    numbers_in,
-    parsed_start,
+    end_at_signals,
+    parse_number_list,
+    parse_start,
 )
-from facetlog.commands.robot_words import COLLECT_AGAIN, early_end_line, wording_errors
+from facetlog.commands.robot_words import COLLECT_AGAIN, format_early_end, reword_errors
 from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, command
 from facetlog.counted import many
 from facetlog.errors import FacetlogError, InputError
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.stream import Goal
 
-__all__ = ["collect_command", "recorded_goal"]
+__all__ = ["collect_command", "read_recorded_goal"]
 
 SCHEMA = "facetlog-collected/1"
 # One view alone has no depth: from two on there is something to judge.
@@ -127,15 +127,15 @@ class TourOptions:
         """
         import numpy as np
 
-        from facetlog.perception.reading.pose_files.file_values import metres_per
-        from facetlog.robot.collecting.tour_file import PAPER_TOUR, Tour, paper_tour, read_tour
+        from facetlog.perception.reading.pose_files.file_values import get_metres_per
+        from facetlog.robot.collecting.tour_file import PAPER_TOUR, Tour, make_paper_tour, read_tour
 
-        unit = unit_of_camera if self.unit is None else metres_per(self.unit, "--unit")
+        unit = unit_of_camera if self.unit is None else get_metres_per(self.unit, "--unit")
         if self.tour == PAPER_TOUR:
-            return paper_tour()
+            return make_paper_tour()
         if self.tour is not None:
             return read_tour(Path(self.tour), unit=unit)
-        x, y, z = numbers_in(self.target or "", "--target", "X,Y,Z (metres)", 3)
+        x, y, z = parse_number_list(self.target or "", "--target", "X,Y,Z (metres)", 3)
         return Tour(f"explore {x:g},{y:g},{z:g}", (), np.array([x, y, z]))
 
     @property
@@ -153,7 +153,7 @@ class TourOptions:
         form = "RADIUS, or X,Y,RADIUS as often as needed (metres)"
         circles = []
         for text in given:
-            numbers = numbers_in(text, "--keep-out", form, 1, 3)
+            numbers = parse_number_list(text, "--keep-out", form, 1, 3)
             if numbers[-1] <= 0:
                 raise InputError(f"--keep-out {text!r:.40}: a radius is above 0")
             if len(numbers) == 1 and len(given) == 1:
@@ -201,21 +201,21 @@ def collect_command(
     from facetlog.robot.collecting.request import Request, check_begun
     from facetlog.robot.mount.mount import DEFAULT_MOUNT, read_mount
 
-    begin = parsed_start(start)
+    begin = parse_start(start)
     goal = drive.check()
     reach.check()
     if drive.dry_run:
         if not (out / LOG_FILE).is_file():
             raise InputError(f"{out} holds no collection: --dry-run goes on from one")
-        goal = goal or recorded_goal(out)
-        with ended_by_signals(), _open_judge(out, models, None, goal) as verdicts:
-            return dry_run(out, explorer_of(verdicts, goal, drive.max_views), as_json=as_json)
+        goal = goal or read_recorded_goal(out)
+        with end_at_signals(), _open_judge(out, models, None, goal) as verdicts:
+            return dry_run(out, make_explorer(verdicts, goal, drive.max_views), as_json=as_json)
     if resume:
         check_begun(out)
     if resume and start is None:
         raise InputError(
             "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
-            f"stands now{where_it_stood(out)}"
+            f"stands now{describe_last_pose(out)}"
         )
     optics, unit = reach.read_optics(drive.tour_file)
     request = Request(
@@ -239,7 +239,7 @@ def collect_command(
         baud=reach.baud,
         until=drive.until,
     )
-    with ended_by_signals(), ExitStack() as stack:
+    with end_at_signals(), ExitStack() as stack:
         if mcap is not None:
             check_recording(mcap, out, models.paths, overwrite=overwrite)
         judging: ViewVerdicts | None = None
@@ -247,7 +247,7 @@ def collect_command(
         if recognize or mcap or drive.explore:
             judging = stack.enter_context(_open_judge(out, models, mcap, goal))
         if judging and drive.explore:
-            explorer = explorer_of(judging, goal, drive.max_views)
+            explorer = make_explorer(judging, goal, drive.max_views)
         collected = _collect(replace(request, chooser=explorer), judging)
         last = None
         if judging and (recognize or drive.explore):
@@ -307,7 +307,7 @@ class _ProgressLines:
 
     def ended_early(self, ended: "Ended", there: int, total: int) -> None:
         # Before anything is judged or mapped, which takes its time and may be interrupted.
-        error(early_end_line(ended, there, total, most=self._most))
+        error(format_early_end(ended, there, total, most=self._most))
         self.has_ended = True
 
 
@@ -323,7 +323,7 @@ def _collect(request: "Request", verdicts: "ViewVerdicts | None") -> "Collected"
     explores = request.chooser is not None
     lines = _ProgressLines(None if explores else verdicts, explores=explores)
     try:
-        with wording_errors(COLLECT_AGAIN):
+        with reword_errors(COLLECT_AGAIN):
             collected = run_collection(request, lines)
     except (FacetlogError, KeyboardInterrupt) as exc:
         if not lines.has_ended:
@@ -371,7 +371,7 @@ def _print_result(
         typer.echo(last.line)
 
 
-def recorded_goal(folder: Path) -> "Goal | None":
+def read_recorded_goal(folder: Path) -> "Goal | None":
     """Return the goal of a folder's last run, None without one; InputError for another folder."""
     from facetlog.robot.collecting.record import read_log
     from facetlog.stream import Goal
@@ -380,7 +380,7 @@ def recorded_goal(folder: Path) -> "Goal | None":
     return None if until is None else Goal.parse(str(until))
 
 
-def explorer_of(verdicts: "ViewVerdicts", goal: "Goal | None", most: int) -> "Explorer":
+def make_explorer(verdicts: "ViewVerdicts", goal: "Goal | None", most: int) -> "Explorer":
     """Return the explorer, which asks the judging process for verdicts."""
     from facetlog.exploring.explorer import Explorer
 
@@ -394,7 +394,7 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
     """
     from facetlog.robot.collecting.next_stop import Around, Chosen, Finished, place_sd
     from facetlog.robot.collecting.record import read_log, read_record
-    from facetlog.robot.collecting.run_sessions import runs_of
+    from facetlog.robot.collecting.run_sessions import list_runs
 
     lines = read_log(folder)
     around = Around.recorded(lines)
@@ -403,9 +403,9 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
         newest = max(taken, key=lambda view: view.time)
         margin = place_sd(newest.covariance)
         # Pictures may have corrected the pose since then.
-        runs = [run for run in runs_of(lines, folder) if run.began <= newest.time]
+        runs = [run for run in list_runs(lines, folder) if run.began <= newest.time]
         here = runs[-1].place(newest.odometry) if runs else newest.robot
-        around = replace(around.kept_off(margin), here=here)
+        around = replace(around.enlarge_keep_out(margin), here=here)
     found = explorer.next_stop(around, taken)
     if as_json:
         typer.echo(json.dumps(found.line, indent=1))
@@ -417,9 +417,9 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
     return YES if isinstance(found, Chosen) else NO
 
 
-def where_it_stood(folder: Path) -> str:
+def describe_last_pose(folder: Path) -> str:
     """Return where an earlier run left the robot, as a hint for --start."""
-    from facetlog.robot.collecting.option_words import stated_pose
+    from facetlog.robot.collecting.option_words import format_start_pose
     from facetlog.robot.collecting.run_sessions import last_place
 
     try:
@@ -428,4 +428,4 @@ def where_it_stood(folder: Path) -> str:
         last = None
     if last is None:
         return " (where it stood last is not recorded: measure it)"
-    return f" ({last.how} {stated_pose(last.pose)})"
+    return f" ({last.how} {format_start_pose(last.pose)})"

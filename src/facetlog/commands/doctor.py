@@ -143,11 +143,11 @@ def _check_extra(extra: str, names: tuple[str, ...]) -> Finding:
 
 def _check_cache() -> Finding:
     """Look for the folder of compiled scenes; without one they are loaded anew each time."""
-    from facetlog.kb.loading.scene_cache import SceneCache, default_folder
+    from facetlog.kb.loading.scene_cache import SceneCache, get_default_folder
 
     folder = SceneCache().folder
     if folder is None:
-        reason = f"off by FACETLOG_CACHE, or {default_folder()} cannot be used"
+        reason = f"off by FACETLOG_CACHE, or {get_default_folder()} cannot be used"
         return Finding("cache", Standing.ABSENT, reason)
     return Finding("cache", Standing.GOOD, f"{folder}, {_format_size(folder)}")
 

@@ -72,7 +72,7 @@ def why_command(
 
     Exit code 0: the model holds, 1: it does not.
     """
-    from facetlog.query_shell.explaining import is_origin, origin, unknown_subject, why
+    from facetlog.query_shell.explaining import is_origin, make_unknown_subject_error, origin, why
     from facetlog.query_shell.scene_names import scene_names
 
     def explain(session: "Session", name: str, about: "About") -> "Explanation":
@@ -81,7 +81,7 @@ def why_command(
         names = {} if about.parts or about.thing else scene_names(session.base, (name,))
         if names and is_origin(names, about.model):
             return origin(session, name, about.model, full=full)
-        raise unknown_subject(session.base.models, names, about.model)
+        raise make_unknown_subject_error(session.base.models, names, about.model)
 
     return _explain((scene, model, parts or []), question, models, page, stated, explain, raw=raw)
 
@@ -104,14 +104,14 @@ def why_not_command(
 
     Exit code 1: nothing comes near.
     """
-    from facetlog.query_shell.explaining import unknown_subject, why_not
+    from facetlog.query_shell.explaining import make_unknown_subject_error, why_not
 
     if count < 1:
         raise InputError(f"--count {count}: give a number above 0")
 
     def explain(session: "Session", name: str, about: "About") -> "Explanation":
         if about.model not in session.base.models:
-            raise unknown_subject(session.base.models, {}, about.model)
+            raise make_unknown_subject_error(session.base.models, {}, about.model)
         return why_not(session, name, about, count=count, full=full)
 
     return _explain((scene, model, parts or []), question, models, page, stated, explain)
@@ -127,11 +127,11 @@ def _explain(
     *,
     raw: bool = False,
 ) -> int:
-    from facetlog.query_shell.explaining import About, parts_given
+    from facetlog.query_shell.explaining import About, parse_parts
     from facetlog.query_shell.session import Session
 
     scene, model, parts = asked
-    about = About(model, question.thing, parts_given(parts))
+    about = About(model, question.thing, parse_parts(parts))
     page.check((scene, *models.paths))
     with Session(trust=models.trust, raw=raw, options=stated.find_given()) as session:
         session.load_models(models.paths)

@@ -16,21 +16,21 @@ import typer
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.shared import NO, YES, JudgingOptions
 from facetlog.counted import many
-from facetlog.degree_plot import Degrees, check_plots, degrees_of
+from facetlog.degree_plot import Degrees, check_plots, collect_degrees
 from facetlog.errors import InputError
-from facetlog.kb.explaining.verdict_text import holding_text
+from facetlog.kb.explaining.verdict_text import format_holding
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
-from facetlog.pipeline import Recognised, check_up, with_stated_up
+from facetlog.pipeline import Recognised, apply_stated_up, check_up
 from facetlog.query_shell.words import nearest
-from facetlog.report import verdicts_text, write_report
+from facetlog.report import format_verdicts_text, write_report
 from facetlog.stream import Stop, StreamStep, steps
-from facetlog.terminal import note, one_line, show_times, warn
+from facetlog.terminal import fit_on_one_line, note, show_times, warn
 
 if TYPE_CHECKING:
     from facetlog.commands.recognize import FollowOptions, OutputOptions
 
-__all__ = ["follow_views", "step_json"]
+__all__ = ["follow_views", "format_step_json"]
 
 
 SCHEMA = "facetlog-stream/1"
@@ -41,12 +41,13 @@ SHOWN = 2  # open verdicts that a line has room for
 FOLLOW_TIMEOUT_S = 30.0
 
 
-def step_line(step: StreamStep) -> str:
+def format_step(step: StreamStep) -> str:
     """Format what is known after a view, on one line."""
     if step.recognition is None:
-        return f"{step.used:>4}  {one_line(step.view)}: {step.problem or 'nothing is known yet'}"
+        state = step.problem or "nothing is known yet"
+        return f"{step.used:>4}  {fit_on_one_line(step.view)}: {state}"
     best = [f"{v.thing} is a {v.model} ({v.degree:.0%})" for v in step.recognition.best]
-    said = [holding_text(best)]
+    said = [format_holding(best)]
     if step.largest_sd is not None:
         unit = " m" if step.scene is not None and step.scene.metric else ""
         said.append(f"sd ≤ {step.largest_sd:.2g}{unit}")
@@ -56,10 +57,10 @@ def step_line(step: StreamStep) -> str:
     if open_:
         more = f" (and {len(open_) - SHOWN} more)" if len(open_) > SHOWN else ""
         said.append(f"open: {'; '.join(open_[:SHOWN])}{more}")
-    return f"{step.used:>4}  {one_line(step.view)}: {', '.join(said)}"
+    return f"{step.used:>4}  {fit_on_one_line(step.view)}: {', '.join(said)}"
 
 
-def step_json(step: StreamStep, *, full: bool = False) -> str:
+def format_step_json(step: StreamStep, *, full: bool = False) -> str:
     """Format a step as a line of JSON, the last one with all verdicts (`full`: whole proofs)."""
     found = step.recognition
     document: dict[str, object] = {
@@ -154,7 +155,7 @@ def follow_views(
             for line in source.problems:
                 warn(line)
             raise InputError(f"{path}: {source.ended}")
-        known = with_stated_up(ViewSet(source.name, (), up=source.up, metric=source.metric), up)
+        known = apply_stated_up(ViewSet(source.name, (), up=source.up, metric=source.metric), up)
         online = OnlineScene(
             name=known.name,
             up=known.up,
@@ -166,9 +167,9 @@ def follow_views(
         shown = chain([first], views)
         try:
             for last in steps(online, shown, base=base, stop=stop, polish=not following.no_polish):
-                degrees.append(degrees_of(last))
+                degrees.append(collect_degrees(last))
                 if not last.ended:
-                    typer.echo(step_json(last) if as_json else _cut_line(step_line(last)))
+                    typer.echo(format_step_json(last) if as_json else _cut_line(format_step(last)))
         except KeyboardInterrupt:
             interrupted = True
     for line in source.problems:
@@ -187,7 +188,7 @@ def follow_views(
         if last.problem:
             warn(last.problem)
         if as_json:
-            typer.echo(step_json(last, full=full))
+            typer.echo(format_step_json(last, full=full))
         if last.scene is None or last.recognition is None:
             note(f"too little was seen in {many(last.used, 'view')} to say what is there")
             return INTERRUPTED if interrupted else NO
@@ -198,7 +199,7 @@ def follow_views(
         if out is not None:
             write_report(out, found, degrees=degrees, full=full)
         if not as_json:
-            typer.echo(verdicts_text(found, full=full))
+            typer.echo(format_verdicts_text(found, full=full))
         if interrupted:
             return INTERRUPTED
         return YES if last.recognition.best else NO

@@ -9,7 +9,7 @@ import typer
 from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, command
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
-from facetlog.terminal import showing_progress, warn
+from facetlog.terminal import show_progress, warn
 
 if TYPE_CHECKING:
     from facetlog.mapping.room_map import RoomMap
@@ -48,16 +48,16 @@ def map_command(
     was found.
     """
     from facetlog.mapping.map_files import write_map
-    from facetlog.mapping.map_record import map_json
-    from facetlog.mapping.room_map import map_of
+    from facetlog.mapping.map_record import format_map_json
+    from facetlog.mapping.room_map import build_room_map
     from facetlog.output_folder import output_folder
 
     if not (math.isfinite(resolution) and resolution > 0.0):
         raise InputError(f"--resolution {resolution}: give the side of a cell in metres, above 0")
     if out is not None:
         check_replaceable(out, inputs=(*folders, *models.paths))
-    with models.open_base() as base, showing_progress() as progress:
-        room = map_of(folders, base, side=resolution, aligned=aligned, progress=progress)
+    with models.open_base() as base, show_progress() as progress:
+        room = build_room_map(folders, base, side=resolution, aligned=aligned, progress=progress)
     for note in room.notes:
         warn(note)
     if out is not None:
@@ -65,7 +65,7 @@ def map_command(
         with output_folder(out, about) as made:
             write_map(room, made)
     if as_json:
-        typer.echo(map_json(room), nl=False)
+        typer.echo(format_map_json(room), nl=False)
     else:
         for line in _format_map(room):
             typer.echo(line)

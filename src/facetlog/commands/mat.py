@@ -36,10 +36,10 @@ def mat_command(
 @command
 def _print_command(out: Path | None, paper: str, *, overwrite: bool) -> int:
     from facetlog.mat_sheet import write_mat
-    from facetlog.perception.reading.mat.mats import BAR_MM, MATS, mat_named
+    from facetlog.perception.reading.mat.mats import BAR_MM, MATS, find_mat
     from facetlog.terminal import note
 
-    mat = mat_named(paper)
+    mat = find_mat(paper)
     if mat is None:
         known = ", ".join(each.paper for each in MATS)
         raise InputError(f"there is no mat for paper {paper!r}: use one of {known}")
@@ -66,12 +66,12 @@ def check_command(
     """
     from facetlog.perception.reading.left_out import lines_of
     from facetlog.perception.reading.mat.advice import advice
-    from facetlog.perception.reading.mat.mat_poses import mat_pictures
+    from facetlog.perception.reading.mat.mat_poses import find_mat_pictures
     from facetlog.terminal import printable, warn
 
     if not photos.is_dir():
         raise InputError(f"{photos} is no folder: give one of pictures of a mat")
-    found = mat_pictures(photos)
+    found = find_mat_pictures(photos)
     usable, wanted = len(found.pictures), (*found.faults, *advice(found.pictures))
     problems = lines_of(found.left_out)
     if as_json:

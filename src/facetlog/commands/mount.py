@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.robot_options import RobotAddress, RobotOptions, ended_by_signals
-from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
+from facetlog.commands.robot_options import RobotAddress, RobotOptions, end_at_signals
+from facetlog.commands.robot_words import MOUNT_AGAIN, reword_errors
 from facetlog.commands.shared import NO, YES, AsJson, Overwrite, command
 from facetlog.errors import DeviceError, InputError
 from facetlog.output_file import check_output_file
@@ -71,9 +71,9 @@ def mount_command(
     Exit code 0: all values are determined, 1: not all. The robot stands 1 to 2 m before the board,
     facing it, with half a metre free to both sides.
     """
-    from facetlog.perception.atomic_write import write_whole
+    from facetlog.perception.atomic_write import write_atomically
     from facetlog.robot.mount.fit import fit_mount
-    from facetlog.robot.mount.mount import DEFAULT_MOUNT, mount_text, read_mount
+    from facetlog.robot.mount.mount import DEFAULT_MOUNT, format_mount, read_mount
 
     printed = _parse_board(board, square, marker)
     reach.check()
@@ -86,7 +86,7 @@ def mount_command(
         f"by {fit.sightings} pictures of a board; corners fit to {fit.rms_px:.2f} pixels (rms)",
         *(f"not determined by the motions, value from before: {name}" for name in fit.undetermined),
     )
-    write_whole(out, mount_text(fit.mount, remarks=remarks).encode())
+    write_atomically(out, format_mount(fit.mount, remarks=remarks).encode())
     typer.echo(_format_json(fit) if as_json else _format_text(fit))
     return NO if fit.undetermined else YES
 
@@ -110,20 +110,20 @@ def _take_sightings(
     from facetlog.robot.collecting.drive import MobileBase
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
     from facetlog.robot.collecting.run import open_robot_head
-    from facetlog.robot.collecting.simulated_robot import camera_and_optics, with_line
+    from facetlog.robot.collecting.simulated_robot import add_line_hint, choose_camera_and_optics
     from facetlog.robot.collecting.steering import Pace
     from facetlog.robot.pioneer.limits import Limits
     from facetlog.robot.pioneer.pioneer import Pioneer
     from facetlog.robot.pose2 import Pose2
 
     optics, _ = reach.read_optics()
-    with ended_by_signals(), wording_errors(MOUNT_AGAIN), ExitStack() as stack:
+    with end_at_signals(), reword_errors(MOUNT_AGAIN), ExitStack() as stack:
         robot = stack.enter_context(
             Pioneer.connect(
                 address, model=reach.model, limits=Limits(speed=reach.speed), baud=reach.baud
             )
         )
-        seen = camera_and_optics(robot, address, reach.camera, optics, note)
+        seen = choose_camera_and_optics(robot, address, reach.camera, optics, note)
         robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(
             stack, robot, reach.head, reach.head_port, unheard=reach.head_unheard
@@ -137,7 +137,7 @@ def _take_sightings(
         try:
             return list(take_sightings(rig, note)), seen.optics
         except DeviceError as exc:
-            raise with_line(exc, robot.problems, time.monotonic()) from exc
+            raise add_line_hint(exc, robot.problems, time.monotonic()) from exc
 
 
 def _list_values(fit: "MountFit") -> dict[str, dict[str, object]]:

@@ -45,7 +45,7 @@ class PageOptions:
         from facetlog.kb.explaining.proof import State
         from facetlog.page.contents import Subject
         from facetlog.page.write import page
-        from facetlog.perception.atomic_write import write_whole
+        from facetlog.perception.atomic_write import write_atomically
         from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 
         if self.html is None:
@@ -55,7 +55,7 @@ class PageOptions:
         others = tuple(verdict for verdict in verdicts if verdict.state is not State.HOLDS)
         pieces = shown_pieces(scene)
         subject = Subject(scene, pieces, best, others, answers, warnings=scene.warnings)
-        write_whole(self.html, page(subject).encode())
+        write_atomically(self.html, page(subject).encode())
 
 
 def collect_answers(session: "Session", goal: str, limit: int | None) -> "Answers":

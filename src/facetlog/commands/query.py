@@ -47,7 +47,7 @@ def query_command(
     from facetlog.query_shell.asking import Outcome
     from facetlog.query_shell.goal_text import split_goals
     from facetlog.query_shell.lines import run_batch, run_line
-    from facetlog.query_shell.scene_files import scenes_and_goal
+    from facetlog.query_shell.scene_files import split_scenes_and_goal
     from facetlog.query_shell.screen import Screen
     from facetlog.query_shell.session import Session
     from facetlog.query_shell.shell import Shell
@@ -56,7 +56,7 @@ def query_command(
         raise InputError(f"--limit {limit}: give a number above 0")
     if timeout is not None and not timeout > 0:
         raise InputError(f"--timeout {timeout:g}: give seconds above 0")
-    paths, goal = scenes_and_goal(arguments)
+    paths, goal = split_scenes_and_goal(arguments)
     if goal is not None and not any(split_goals(goal)):
         raise InputError("the goal is empty: give one as face(F), or none for a prompt")
     if page.html is not None:

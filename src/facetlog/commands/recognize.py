@@ -19,23 +19,23 @@ from facetlog.commands.shared import (
 )
 from facetlog.errors import InputError
 from facetlog.output_file import OWN_SCENE, check_output_file
-from facetlog.output_folder import check_replaceable, kept_cameras
-from facetlog.perception.length_units import stated_length
+from facetlog.output_folder import check_replaceable, find_kept_cameras
+from facetlog.perception.length_units import parse_length
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import (
     DEMO_WORLD,
     FrontEnd,
     Method,
     Recognised,
-    in_known_scale,
+    apply_known_scale,
+    read_views_from,
     recognize_views,
     reconstruct_views,
-    simulated_views,
-    views_from,
+    render_simulated_views,
     write_scene_file,
 )
 from facetlog.stream import Goal, Stop
-from facetlog.terminal import note, show_times, showing_progress, warn
+from facetlog.terminal import note, show_progress, show_times, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.facts.known_length import Scale
@@ -135,8 +135,8 @@ class _ViewOptions(_MethodOptions):
 
         `cameras` is the folder for cameras that structure from motion finds.
         """
-        square = None if self.square is None else stated_length(self.square, "--square")
-        return lambda **progress: views_from(
+        square = None if self.square is None else parse_length(self.square, "--square")
+        return lambda **progress: read_views_from(
             views,
             unit=self.unit,
             up=self.up,
@@ -218,7 +218,7 @@ def recognize_command(
         return follow_views(views, judging, output, following, stop, unit=stated.unit, up=stated.up)
     if following != FollowOptions():
         raise InputError("--until, --max-views, --timeout and --no-polish go with --follow")
-    source = stated.read_views(views, kept_cameras(output.out), trust=judging.trust)
+    source = stated.read_views(views, find_kept_cameras(output.out), trust=judging.trust)
     method = stated.make_method(stated.scale)
     return _recognize(source, judging, output, method, inputs=(views,))
 
@@ -236,12 +236,12 @@ def reconstruct_command(
     """Reconstruct vertices, edges and faces from pictures, with their uncertainty."""
     check_output_file(out, "-o", (views,), own=OWN_SCENE, overwrite=overwrite)
     method = stated.make_method(stated.scale)
-    read_views = stated.read_views(views, kept_cameras(out.with_suffix("")), trust=trust)
+    read_views = stated.read_views(views, find_kept_cameras(out.with_suffix("")), trust=trust)
     clock = StepClock()
-    with showing_progress() as progress:
+    with show_progress() as progress:
         view_set = read_views(progress=progress, clock=clock)
         scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
-        scene, known = in_known_scale(scene, method)
+        scene, known = apply_known_scale(scene, method)
     write_scene_file(scene, out)
     _describe(view_set, known)
     for line in (*view_set.problems, *scene.warnings):
@@ -268,17 +268,17 @@ def demo_command(
 ) -> int:
     """Render the paper's tour of 24 views around a block, and recognize it from the pixels."""
     if paper:
-        from facetlog.commands.paper import paper_page
+        from facetlog.commands.paper import run_paper_experiment
 
         others = judging.models or judging.crisp or output.as_json or output.full
         if others or world != DEMO_WORLD or how.sd_limit is not None:
             raise InputError("--paper reruns the paper's experiment: it goes with -o and --seed")
         if output.out is None:
             raise InputError("--paper writes a page: give a folder for it by -o")
-        return paper_page(output.out, seed)
+        return run_paper_experiment(output.out, seed)
 
     def render(**progress: object) -> "ViewSet":
-        return simulated_views(world, seed, **progress)  # type: ignore[arg-type]
+        return render_simulated_views(world, seed, **progress)  # type: ignore[arg-type]
 
     return _recognize(render, judging, output, how.make_method())
 
@@ -291,12 +291,12 @@ def _recognize(
     inputs: tuple[Path, ...] = (),
 ) -> int:
     """Recognize what views show; what cannot be written or judged is refused before any work."""
-    from facetlog.report import verdicts_json, verdicts_text, write_report
+    from facetlog.report import format_verdicts_json, format_verdicts_text, write_report
 
     if output.out is not None:
         check_replaceable(output.out, inputs=(*inputs, *judging.paths))
     clock = StepClock()
-    with judging.open_base() as base, showing_progress() as progress:
+    with judging.open_base() as base, show_progress() as progress:
         view_set = read_views(progress=progress, clock=clock)
         found: Recognised = recognize_views(
             view_set, base=base, method=method, progress=progress, clock=clock
@@ -307,7 +307,9 @@ def _recognize(
     for line in (*found.view_set.problems, *found.scene.warnings):
         warn(line)
     show_times(found.clock)
-    typer.echo((verdicts_json if output.as_json else verdicts_text)(found, full=output.full))
+    typer.echo(
+        (format_verdicts_json if output.as_json else format_verdicts_text)(found, full=output.full)
+    )
     return YES if found.recognition.best else NO
 
 

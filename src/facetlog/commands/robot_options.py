@@ -24,9 +24,9 @@ __all__ = [
     "RobotAddress",
     "RobotOptions",
     "Start",
-    "ended_by_signals",
-    "numbers_in",
-    "parsed_start",
+    "end_at_signals",
+    "parse_number_list",
+    "parse_start",
 ]
 
 CAMERA_TOML = "camera.toml"
@@ -152,17 +152,17 @@ class RobotOptions:
         return (None, None) if file is None else read_optics(file)
 
 
-def parsed_start(text: str | None) -> "Pose2":
+def parse_start(text: str | None) -> "Pose2":
     """Return the robot's pose in the world; by default its origin, facing along x."""
     from facetlog.robot.pose2 import Pose2
 
     if text is None:
         return Pose2()
-    x, y, heading = numbers_in(text, "--start", "X,Y,HEADING_DEG", 3)
+    x, y, heading = parse_number_list(text, "--start", "X,Y,HEADING_DEG", 3)
     return Pose2(x, y, math.radians(heading))
 
 
-def numbers_in(text: str, option: str, form: str, *counts: int) -> tuple[float, ...]:
+def parse_number_list(text: str, option: str, form: str, *counts: int) -> tuple[float, ...]:
     """Return the numbers between commas; InputError unless there are as many as a count says."""
     try:
         values = tuple(float(part) for part in text.split(","))
@@ -174,7 +174,7 @@ def numbers_in(text: str, option: str, form: str, *counts: int) -> tuple[float, 
 
 
 @contextmanager
-def ended_by_signals() -> Iterator[None]:
+def end_at_signals() -> Iterator[None]:
     """End the body at SIGTERM, SIGHUP and SIGTSTP as at Ctrl-C: the robot is stopped first.
 
     A terminal that is closed, or a connection to this machine that is lost, sends SIGHUP, and

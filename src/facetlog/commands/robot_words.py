@@ -5,18 +5,18 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from facetlog.errors import DeviceError
-from facetlog.robot.collecting.option_words import COLLECT_AGAIN, resumed_from, worded
+from facetlog.robot.collecting.option_words import COLLECT_AGAIN, describe_resume, worded
 
 if TYPE_CHECKING:
     from facetlog.robot.collecting.session import Ended
 
-__all__ = ["COLLECT_AGAIN", "MOUNT_AGAIN", "early_end_line", "wording_errors"]
+__all__ = ["COLLECT_AGAIN", "MOUNT_AGAIN", "format_early_end", "reword_errors"]
 
 MOUNT_AGAIN = "call facetlog mount again"
 
 
 @contextmanager
-def wording_errors(again: str) -> Iterator[None]:
+def reword_errors(again: str) -> Iterator[None]:
     """Translate device errors of the body into the command line's words."""
     try:
         yield
@@ -24,12 +24,12 @@ def wording_errors(again: str) -> Iterator[None]:
         raise worded(exc, again) from exc
 
 
-def early_end_line(ended: "Ended", there: int, total: int, *, most: str = "") -> str:
+def format_early_end(ended: "Ended", there: int, total: int, *, most: str = "") -> str:
     """Say in one line why a collection ended early, how to go on, and what is there.
 
     `most` goes before the total.
     """
-    again = resumed_from(ended.robot)
+    again = describe_resume(ended.robot)
     where = (
         "where it stands by odometry"
         if ended.stands

@@ -14,7 +14,7 @@ from facetlog.commands.shared import NO, YES, AsJson, Overwrite, command
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.output_file import check_output_file
-from facetlog.terminal import error, one_line, short_line, warn
+from facetlog.terminal import error, fit_on_one_line, make_short_line, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.facts.all_facts import FactRows
@@ -52,10 +52,10 @@ def show_command(
         check_output_file(out, "-o", (shape,), suffixes=(".png",), overwrite=overwrite)
     found = read(shape, stated, scale)
     if out is not None:
-        from facetlog.perception.atomic_write import write_whole
+        from facetlog.perception.atomic_write import write_atomically
         from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
 
-        write_whole(out, thumbnail(found.scene, PICTURE_PX))
+        write_atomically(out, thumbnail(found.scene, PICTURE_PX))
     summary = _Summary(found)
     for line in found.scene.warnings:
         warn(line)
@@ -64,7 +64,7 @@ def show_command(
         return YES
     for line in summary.lines():
         # A name that holds what cannot be printed costs its line the columns.
-        typer.echo(line if line.isprintable() else one_line(line))
+        typer.echo(line if line.isprintable() else fit_on_one_line(line))
     return YES
 
 
@@ -249,9 +249,9 @@ def convert_command(
 def _write_scene(scene: "Scene", path: Path) -> None:
     from facetlog.perception.facts.most_faces import MOST_FACES
     from facetlog.perception.surfaces.scene_file import SceneFileError, write_scene
-    from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
+    from facetlog.perception.surfaces.scene_json.scene_checks import find_scene_faults
 
-    if faults := tuple(scene_faults(scene)):  # it could not be read again
+    if faults := tuple(find_scene_faults(scene)):  # it could not be read again
         raise SceneFileError(f"{path} is not written: the scene", faults)
     write_scene(scene, path)
     if len(scene.faces) > MOST_FACES:
@@ -270,21 +270,21 @@ def _write_mesh(scene: "Scene", path: Path) -> None:
 
 
 def _write_pieces(scene: "Scene", path: Path) -> None:
-    from facetlog.perception.atomic_write import write_whole
+    from facetlog.perception.atomic_write import write_atomically
     from facetlog.perception.facts.pieces.piece_facts import shown_pieces
-    from facetlog.perception.pieces.piece_meshes import pieces_bytes
+    from facetlog.perception.pieces.piece_meshes import export_pieces
 
-    write_whole(path, pieces_bytes(scene, shown_pieces(scene)))
+    write_atomically(path, export_pieces(scene, shown_pieces(scene)))
 
 
 def _write_facts(scene: "Scene", path: Path) -> None:
-    from facetlog.kb.loading.encode import facts_program
-    from facetlog.perception.atomic_write import write_whole
+    from facetlog.kb.loading.encode import iter_program_lines
+    from facetlog.perception.atomic_write import write_atomically
     from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 
     # All of them: a file cannot be asked for more later.
     facts = (fact.row for fact in (*scene_facts(scene), *facts_on_demand(scene)))
-    write_whole(path, ("\n".join(facts_program(facts)) + "\n").encode())
+    write_atomically(path, ("\n".join(iter_program_lines(facts)) + "\n").encode())
 
 
 _WRITERS = {
@@ -324,10 +324,10 @@ def validate_command(
             typer.echo(json.dumps({"schema": VALIDATE_SCHEMA, **report}))
             continue
         for fault in faults[:MOST_LINES]:
-            typer.echo(short_line(f"{path}: {fault}"))
+            typer.echo(make_short_line(f"{path}: {fault}"))
         if len(faults) > MOST_LINES:
             more = many(len(faults) - MOST_LINES, "more fault")
-            typer.echo(one_line(f"{path}: {more}: --json has them all"))
+            typer.echo(fit_on_one_line(f"{path}: {more}: --json has them all"))
     if not as_json:
         typer.echo(f"{many(len(files), 'file')}, {'all' if sound == len(files) else sound} sound")
     return code

@@ -95,10 +95,10 @@ class StatedOptions:
         from facetlog.perception.shapes import shape_options as by_word
 
         return by_word.ShapeOptions(
-            by_word.up_from(self.up_word),
+            by_word.parse_up(self.up_word),
             self.up_word == AUTO,
-            by_word.unit_from(self.unit_word),
-            by_word.sensor_from(self.sensor_word),
+            by_word.parse_unit(self.unit_word),
+            by_word.parse_sensor(self.sensor_word),
             override=self.override_file,
         )
 
@@ -134,16 +134,16 @@ class Shape:
 
 def read(path: Path, stated: StatedOptions, scale: str | None) -> Shape:
     """Read the scene of a file or folder; raise InputError for what cannot be read."""
-    from facetlog.perception.facts.known_length import KnownLength, with_known_length
+    from facetlog.perception.facts.known_length import KnownLength, scale_by_known_length
     from facetlog.perception.shapes.read_shape import read_stated
-    from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP, says_itself
+    from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP, is_scene_file
 
     known = None if scale is None else KnownLength.parse(scale)
     options = stated.to_shape_options()
     if path.is_dir() and (path / SCENE_IN_FOLDER).is_file():
         path = path / SCENE_IN_FOLDER
     scene = read_stated(path, options)
-    is_scene = says_itself(str(path))
+    is_scene = is_scene_file(str(path))
     if is_scene and options.sensor is not None:
         warn(f"{path}: a scene says from where it was seen itself; --sensor does not count")
     # Formats that define an axis define a unit as well.
@@ -151,7 +151,7 @@ def read(path: Path, stated: StatedOptions, scale: str | None) -> Shape:
     up_known = _explain_up(path, scene, is_scene=is_scene, given=counts and options.up is not None)
     unit_known = "given" if counts and options.unit else "as the file says"
     if known is not None:
-        scene, found = with_known_length(scene, known)
+        scene, found = scale_by_known_length(scene, known)
         unit_known = f"by the known length: {found}"
     return Shape(
         scene,

@@ -11,8 +11,8 @@ from scipy.special import ndtr, ndtri
 from facetlog.exploring.needs import LEAST_TURNED, Lack, Needs, SeenThing
 from facetlog.exploring.sides import GRAZING, Sides, units
 from facetlog.kb.explaining.unseen import NEAR_DEG
-from facetlog.perception.estimation.point_recursion import updated_by_view
-from facetlog.perception.estimation.pose_noise import pixel_covs
+from facetlog.perception.estimation.point_recursion import update_by_view
+from facetlog.perception.estimation.pose_noise import compute_pixel_covs
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.robot.collecting.ring_views import STEP, Candidate, bearing
@@ -155,8 +155,8 @@ class _Seen:
         if not len(rows):
             return 0.0
         points, covs = thing.corners[rows], thing.covs[rows]
-        noise = CORNER_SD_PX**2 * np.eye(2) + pixel_covs(view, points)
-        _, after, _ = updated_by_view(view.projection, points, covs, uv[rows], noise)
+        noise = CORNER_SD_PX**2 * np.eye(2) + compute_pixel_covs(view, points)
+        _, after, _ = update_by_view(view.projection, points, covs, uv[rows], noise)
         # The geometric mean of three sds is the sixth root of the determinant.
         ratio = np.linalg.det(after) / np.linalg.det(covs)
         shrunk = float((1.0 - np.clip(ratio, 0.0, 1.0) ** (1 / 6)).sum()) / len(thing.corners)

@@ -148,7 +148,7 @@ class Explorer:
         return needs.of_rivals()
 
     def _is_reached(self, needs: Needs) -> bool:
-        return self._goal is not None and self._goal.met_by(_degree(needs, self._goal))
+        return self._goal is not None and self._goal.is_met_by(_degree(needs, self._goal))
 
     def _is_settled(self, needs: Needs) -> bool:
         """Return whether the name that leads is the one that is wanted, and hardly any
@@ -156,7 +156,7 @@ class Explorer:
         """
         if self._goal is None:
             return needs.overtaken <= UNSETTLED
-        return self.reached and self._goal.met_by(1.0 - needs.overtaken)
+        return self.reached and self._goal.is_met_by(1.0 - needs.overtaken)
 
     def _holds(self, needs: Needs) -> str:
         """Return to which degree the goal's model holds, and which was wanted; without a goal that

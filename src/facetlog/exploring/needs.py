@@ -172,7 +172,7 @@ class Needs:
         return min(chance, 1.0)
 
 
-def needs_of(scene: Scene, found: "Recognition", interest: Interest) -> Needs:
+def find_needs(scene: Scene, found: "Recognition", interest: Interest) -> Needs:
     """Return what is open of the thing at the target."""
     things = tuple(_things(scene, interest))
     names = {thing.name for thing in things}

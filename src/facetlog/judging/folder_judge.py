@@ -69,11 +69,11 @@ class FolderJudge:
 
     def at_once(self, views: int) -> "Recognised":
         """Judge the first views all together, with their poses corrected by the pictures."""
-        from facetlog.pipeline import recognize_views, views_from
+        from facetlog.pipeline import read_views_from, recognize_views
 
         clock = StepClock()
         path = self.folder / POSES_FILE
-        found = views_from(path, unit=None, progress=None, clock=clock)
+        found = read_views_from(path, unit=None, progress=None, clock=clock)
         first = replace(found, views=found.views[:views])
         return recognize_views(first, base=self.base, clock=clock)
 

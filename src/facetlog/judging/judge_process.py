@@ -81,13 +81,13 @@ class _Judging:
         """Judge all views at once: for so few this is as fast as one at a time, and poses that were
         summed up by odometry are corrected.
         """
-        from facetlog.exploring.needs import needs_of
+        from facetlog.exploring.needs import find_needs
 
         try:
             if self._recording is not None:
                 self._judge.so_far(asked.views)  # recordings show the views one by one
             whole = self._judge.at_once(asked.views)
-            needs = needs_of(whole.scene, whole.recognition, asked.interest)
+            needs = find_needs(whole.scene, whole.recognition, asked.interest)
         except FacetlogError as exc:
             return ViewVerdict(asked.views, fault=str(exc))
         found = verdict_of(whole.recognition, asked.views, self._take_problems(), degrees=True)

@@ -21,7 +21,7 @@ from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.perception.name_lists import named
 from facetlog.perception.types import FloatArray
-from facetlog.python_process import importing_environment, python_module
+from facetlog.python_process import make_importing_environment, make_module_command
 
 if TYPE_CHECKING:
     from facetlog.exploring.needs import Interest, Needs
@@ -151,12 +151,12 @@ class _JudgeProcess:
         with theirs:
             descriptor = theirs.fileno()
             self.popen = subprocess.Popen(
-                python_module("facetlog.judging.judge_process", str(descriptor)),
+                make_module_command("facetlog.judging.judge_process", str(descriptor)),
                 pass_fds=[descriptor],
                 stdin=subprocess.DEVNULL,
                 # Ctrl-C and Ctrl-Z end the collection; that process ends with it.
                 start_new_session=True,
-                env=importing_environment(),
+                env=make_importing_environment(),
             )
         self._line = Connection(ours.detach())
         self._line.send(opening)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, cast
 
-from facetlog.errors import InputError, missing_extra
+from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.library.result import Result, model_paths
 from facetlog.perception.step_clock import StepClock
 
@@ -56,9 +56,9 @@ def recognize(
     InputError for a source, RuleSyntaxError for a model that cannot be used, EngineError without
     SWI-Prolog.
     """
-    from facetlog.kb.recognize import judged_scene
+    from facetlog.kb.recognize import judge_loaded_scene
     from facetlog.perception.facts.known_length import KnownLength
-    from facetlog.perception.length_units import stated_length
+    from facetlog.perception.length_units import parse_length
     from facetlog.pipeline import load_scene, open_models
 
     paths = model_paths(models)
@@ -67,7 +67,7 @@ def recognize(
         up,
         unit,
         trust,
-        None if square is None else stated_length(square, "square"),
+        None if square is None else parse_length(square, "square"),
         None if cameras is None else Path(cameras),
     )
     # Before any long work: a model that cannot be used would lose it.
@@ -75,7 +75,7 @@ def recognize(
         measured, view_set = _measure(source, stated)
         scene = _apply_scale(measured, known)
         load_scene(base, scene)
-        return Result(scene, judged_scene(base, scene.name), paths, trust, raw, view_set)
+        return Result(scene, judge_loaded_scene(base, scene.name), paths, trust, raw, view_set)
 
 
 def read_scene(
@@ -103,7 +103,7 @@ def classify(
     workers: int | None = None,
     trust: bool = False,
 ) -> "pd.DataFrame":
-    """Classify scenes, meshes or clouds: return a row for each with its model, thing and
+    """Return classify scenes, meshes or clouds: return a row for each with its model, thing and
     confidence.
 
     `paths` are files, folders or globs. The columns are those of `classify -o`; what
@@ -112,7 +112,7 @@ def classify(
     """
     import os
 
-    from facetlog.batch.inputs import scene_paths
+    from facetlog.batch.inputs import find_scene_paths
     from facetlog.batch.pool import Pool
     from facetlog.batch.run import Plan, classified
     from facetlog.batch.settings import Item, Settings
@@ -125,7 +125,7 @@ def classify(
     else:
         axis = ",".join(map(repr, direction))
     given = [paths] if isinstance(paths, str | Path) else list(paths)
-    items = tuple(map(Item, scene_paths([str(path) for path in given])))
+    items = tuple(map(Item, find_scene_paths([str(path) for path in given])))
     named = tuple(str(path.resolve()) for path in model_paths(models))
     settings = Settings(named, trusted=trust, up=axis, unit=unit or NOT_GIVEN)
     count = len(os.sched_getaffinity(0)) if workers is None else workers
@@ -175,7 +175,7 @@ def _import_data_frame() -> "type[pd.DataFrame]":
     try:
         import pandas as pd
     except ImportError:
-        raise missing_extra("tables", "pandas", "tables") from None
+        raise make_missing_extra_error("tables", "pandas", "tables") from None
     frame: type[pd.DataFrame] = pd.DataFrame
     return frame
 
@@ -184,10 +184,10 @@ def _parse_up(up: Up) -> "tuple[float, float, float] | None":
     """Return the unit vector that is meant, if any."""
     import numpy as np
 
-    from facetlog.perception.shapes.shape_options import up_from
+    from facetlog.perception.shapes.shape_options import parse_up
 
     if up is None or isinstance(up, str):
-        return None if up is None else up_from(up, "up")
+        return None if up is None else parse_up(up, "up")
     try:
         vector = np.asarray(up, dtype=np.float64)
     except (TypeError, ValueError):
@@ -207,9 +207,9 @@ def _normalize_up(up: Up) -> Up:
 
 
 def _parse_unit(unit: str | None) -> str | None:
-    from facetlog.perception.shapes.shape_options import unit_from
+    from facetlog.perception.shapes.shape_options import parse_unit
 
-    return None if unit is None else unit_from(unit, "unit")
+    return None if unit is None else parse_unit(unit, "unit")
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,9 +284,9 @@ def _find_written_scene(path: Path) -> Path | None:
 
 
 def _apply_scale(scene: "Scene", known: "KnownLength | None") -> "Scene":
-    from facetlog.perception.facts.known_length import with_known_length
+    from facetlog.perception.facts.known_length import scale_by_known_length
 
-    return scene if known is None else with_known_length(scene, known)[0]
+    return scene if known is None else scale_by_known_length(scene, known)[0]
 
 
 def _read_sources(
@@ -325,9 +325,9 @@ def _convert_up(up: Up) -> "str | FloatArray | None":
 
 
 def _read_views(path: Path, stated: _Stated) -> "ViewSet":
-    from facetlog.pipeline import views_from
+    from facetlog.pipeline import read_views_from
 
-    return views_from(
+    return read_views_from(
         path,
         unit=_parse_unit(stated.unit),
         up=_convert_up(_normalize_up(stated.up)),
@@ -342,7 +342,7 @@ def _read_views(path: Path, stated: _Stated) -> "ViewSet":
 def _make_view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
     from facetlog.perception.reading.read_views import LEAST_VIEWS, ViewSet
     from facetlog.perception.types import View
-    from facetlog.pipeline import with_stated_up
+    from facetlog.pipeline import apply_stated_up
 
     if not isinstance(views, Iterable):
         raise InputError(f"{views!r:.40} is no source: {_SOURCES}")
@@ -352,13 +352,13 @@ def _make_view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
             raise InputError(f"{view!r:.40} is no View, of which a list consists: {_SOURCES}")
     if len(found) < LEAST_VIEWS:
         raise InputError(f"{len(found)} views, {LEAST_VIEWS} are needed, from different places")
-    return with_stated_up(ViewSet("views", found), _convert_up(up))
+    return apply_stated_up(ViewSet("views", found), _convert_up(up))
 
 
 def _reconstruct(view_set: "ViewSet") -> "Scene":
-    from facetlog.one_thread import on_one_thread
+    from facetlog.one_thread import use_one_thread
     from facetlog.pipeline import reconstruct_views
 
-    with on_one_thread():
+    with use_one_thread():
         scene = reconstruct_views(view_set, clock=StepClock())
     return replace(scene, warnings=(*view_set.problems, *scene.warnings))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from facetlog.errors import InputError
 from facetlog.kb.engine.closing import Closing
-from facetlog.kb.explaining.verdict_text import holding_text
+from facetlog.kb.explaining.verdict_text import format_holding
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition, Verdict
@@ -127,7 +127,7 @@ class Result(Closing):
 
         At most `count` verdicts, or the line that there is none. Raises errors as `why` does.
         """
-        from facetlog.query_shell.explaining import nothing_near
+        from facetlog.query_shell.explaining import explain_nothing_near
 
         _check_parts(parts)
         if count < 1:
@@ -135,8 +135,10 @@ class Result(Closing):
         name = self.scene.name
         with self._lock:
             found = self._base.why_not(name, model, thing=thing, parts=parts, count=count)
-            none = () if found else nothing_near(self._base, name, model)
-        return Reason(found, none or tuple(line for miss in found for line in miss.miss_lines()))
+            none = () if found else explain_nothing_near(self._base, name, model)
+        return Reason(
+            found, none or tuple(line for miss in found for line in miss.iter_miss_lines())
+        )
 
     @cached_property
     def _base(self) -> "KnowledgeBase":
@@ -169,7 +171,7 @@ class Result(Closing):
         return "\n".join(self.recognition.lines())
 
     def __repr__(self) -> str:
-        found = holding_text(verdict.summary for verdict in self.best)
+        found = format_holding(verdict.summary for verdict in self.best)
         return f"<{self.scene.name}: {found}>"
 
     def _repr_html_(self) -> str:
@@ -193,12 +195,12 @@ class Result(Closing):
         cannot be written.
         """
         from facetlog.page.page_path import check_page
-        from facetlog.perception.atomic_write import write_whole
+        from facetlog.perception.atomic_write import write_atomically
 
         place = Path(path)
         check_page(place, "path", overwrite=True)
         try:
-            write_whole(place, _make_page(self._subject).encode())
+            write_atomically(place, _make_page(self._subject).encode())
         except OSError as exc:
             raise InputError(
                 f"{place} cannot be written: {exc.strerror or exc}: give another file"

@@ -100,7 +100,7 @@ class FloorGrid:
 
 def floor_grid(seen: Seen, side: float = RESOLUTION) -> FloorGrid:
     """Return the floor of what was seen, in cells of a side (m)."""
-    coarse = [shown_points(lattice, np.inf) for lattice in seen.lattices]
+    coarse = [list_shown_points(lattice, np.inf) for lattice in seen.lattices]
     low, high = _extent(seen, coarse)
     first = np.floor(low / side).astype(int) - BORDER
     columns, rows = (np.ceil(high / side).astype(int) + BORDER - first).tolist()
@@ -118,13 +118,13 @@ def floor_grid(seen: Seen, side: float = RESOLUTION) -> FloorGrid:
     cells[counts.echoed] = Cell.OCCUPIED
     free = canvas.bodies(seen.way, seen.radius)
     for lattice in seen.lattices:
-        free |= canvas.holding(shown_points(lattice, side))
+        free |= canvas.holding(list_shown_points(lattice, side))
     cells[free] = Cell.FREE
     cells[canvas.filled(seen.plans)] = Cell.OCCUPIED
     return FloorGrid(cells, lowest, side)
 
 
-def shown_points(lattice: SeenLattice, side: float) -> FloatArray:
+def list_shown_points(lattice: SeenLattice, side: float) -> FloatArray:
     """Return points (n, 2) of the floor that are shown, as dense as cells ask for."""
     shown = lattice.shown.any(axis=0)
     at = np.argwhere(shown)

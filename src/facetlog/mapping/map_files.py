@@ -9,11 +9,11 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from facetlog.mapping.floor_grid import Cell, FloorGrid
-from facetlog.mapping.map_record import map_json
+from facetlog.mapping.map_record import format_map_json
 from facetlog.mapping.room_picture import map_png
 from facetlog.mapping.same_thing import MappedThing
-from facetlog.perception.atomic_write import write_whole
-from facetlog.perception.surfaces.mesh_export import face_colour, graph_bytes
+from facetlog.perception.atomic_write import write_atomically
+from facetlog.perception.surfaces.mesh_export import choose_face_colour, encode_glb
 
 if TYPE_CHECKING:
     from facetlog.mapping.room_map import RoomMap
@@ -39,19 +39,19 @@ SUNK = 0.002
 def write_map(room: "RoomMap", folder: Path) -> None:
     """Write a map in all its forms into a folder; InputError where that cannot be written to."""
     for name, content in _contents(room):
-        write_whole(folder / name, content)
+        write_atomically(folder / name, content)
 
 
 def _contents(room: "RoomMap") -> Iterator[tuple[str, bytes]]:
     yield PNG_FILE, map_png(room)
-    yield JSON_FILE, map_json(room).encode()
-    if (model := map_glb(room)) is not None:
+    yield JSON_FILE, format_map_json(room).encode()
+    if (model := export_map_glb(room)) is not None:
         yield GLB_FILE, model
-    yield PGM_FILE, pgm_bytes(room.floor)
-    yield YAML_FILE, yaml_text(room.floor).encode()
+    yield PGM_FILE, format_pgm(room.floor)
+    yield YAML_FILE, format_map_yaml(room.floor).encode()
 
 
-def pgm_bytes(floor: FloorGrid) -> bytes:
+def format_pgm(floor: FloorGrid) -> bytes:
     """Return the picture in Netpbm's binary form (P5), one byte a cell."""
     import numpy as np
 
@@ -64,7 +64,7 @@ def pgm_bytes(floor: FloorGrid) -> bytes:
     return head.encode("ascii") + picture.tobytes()
 
 
-def yaml_text(floor: FloorGrid, picture: str = PGM_FILE) -> str:
+def format_map_yaml(floor: FloorGrid, picture: str = PGM_FILE) -> str:
     """Return what says how to read the picture of that name beside it."""
     x, y = (round(value, 9) for value in floor.low)
     return (
@@ -78,7 +78,7 @@ def yaml_text(floor: FloorGrid, picture: str = PGM_FILE) -> str:
     )
 
 
-def map_glb(room: "RoomMap") -> bytes | None:
+def export_map_glb(room: "RoomMap") -> bytes | None:
     """Return the map as binary glTF, a node for each thing (named as in the map) and kind of floor.
 
     None of a map on which there is neither.
@@ -94,11 +94,11 @@ def map_glb(room: "RoomMap") -> bytes | None:
     for index, thing in enumerate(room.things):
         mesh = _solid(thing)
         mesh.visual = trimesh.visual.ColorVisuals(
-            mesh, face_colors=np.tile(face_colour(index), (len(mesh.faces), 1))
+            mesh, face_colors=np.tile(choose_face_colour(index), (len(mesh.faces), 1))
         )
         name = f"{thing.name}_{thing.model}" if thing.model else thing.name
         graph.add_geometry(mesh, node_name=name, geom_name=name)
-    return graph_bytes(graph, UP) if graph.geometry else None
+    return encode_glb(graph, UP) if graph.geometry else None
 
 
 def _floor(floor: FloorGrid, state: Cell) -> trimesh.Trimesh | None:

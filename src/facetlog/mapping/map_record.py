@@ -130,7 +130,7 @@ class MapRecord(_Record):
     notes: tuple[str, ...]
 
 
-def map_json(room: "RoomMap") -> str:
+def format_map_json(room: "RoomMap") -> str:
     """Return the map as one JSON object."""
     record = MapRecord(
         schema="facetlog-map/1",

@@ -12,9 +12,9 @@ from itertools import chain
 import numpy as np
 
 from facetlog.mapping.beam_counts import BeamCounts
-from facetlog.mapping.floor_grid import RESOLUTION, shown_points
+from facetlog.mapping.floor_grid import RESOLUTION, list_shown_points
 from facetlog.mapping.placed_thing import PlacedThing
-from facetlog.mapping.same_thing import MOST, REACH_SDS, MappedThing, alike, cov_between
+from facetlog.mapping.same_thing import MOST, REACH_SDS, MappedThing, alike, compute_cov_between
 from facetlog.mapping.sonar_beams import Beam
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.types import FloatArray
@@ -48,7 +48,7 @@ class Moved:
         return float(np.hypot(*(self.now.best.pose - self.before.best.pose)[:2]))
 
 
-def without_moved(
+def resolve_moved_things(
     things: Sequence[MappedThing], looks: Looks
 ) -> tuple[tuple[MappedThing, ...], tuple[Moved, ...]]:
     """Return the things of a map where they stand now, and which of them stood elsewhere before.
@@ -105,7 +105,7 @@ def _is_gone(before: PlacedThing, now: PlacedThing, looks: Looks, since: float) 
     foot = _foot(before)
     if not len(foot):
         return False
-    cov = cov_between(before, now)
+    cov = compute_cov_between(before, now)
     reach = float(np.linalg.norm(before.outline - before.pose[:2], axis=1).max())
     values, vectors = np.linalg.eigh(cov[:2, :2] + cov[2, 2] * reach**2 * np.eye(2))
     sds = np.sqrt(np.maximum(values, 0.0))
@@ -155,7 +155,7 @@ def _shown_since(looks: Looks, since: float) -> Iterable[FloatArray]:
             own = replace(
                 lattice, origins=lattice.origins[later], shown=lattice.shown[later], views=views
             )
-            yield shown_points(own, RESOLUTION)
+            yield list_shown_points(own, RESOLUTION)
 
 
 def _counted(low: tuple[float, float], shape: tuple[int, int], beams: Iterable[Beam]) -> BeamCounts:

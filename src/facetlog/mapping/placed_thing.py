@@ -101,7 +101,7 @@ class PlacedThing:
         return length, width, self.high
 
 
-def placed_things(
+def place_things(
     scene: Scene,
     recognition: "Recognition",
     visit: str,
@@ -130,7 +130,7 @@ def _placed(
     covs: FloatArray,
 ) -> Iterator[PlacedThing]:
     from facetlog.perception.facts.scene_memo import SceneMemo
-    from facetlog.perception.surfaces.mesh_export import face_triangles
+    from facetlog.perception.surfaces.mesh_export import triangulate_face
 
     memo = SceneMemo.of(scene)
     areas = memo.table.areas
@@ -143,7 +143,7 @@ def _placed(
         box = plan_box(
             points[own, :2],
             vertex_covs[own, :2, :2],
-            np.searchsorted(own, _level_sides(scene, thing)),
+            np.searchsorted(own, _find_level_sides(scene, thing)),
         )
         if box is None:
             continue
@@ -159,11 +159,11 @@ def _placed(
             Length(float(points[top, 2]), float(np.sqrt(vertex_covs[top, 2, 2]))),
             float(sum(areas[i] * scene.faces[i].coverage for i in thing.faces)),
             tuple(said.get(str(name), ())),
-            np.concatenate([face_triangles(memo.table.faces[i], points) for i in thing.faces]),
+            np.concatenate([triangulate_face(memo.table.faces[i], points) for i in thing.faces]),
         )
 
 
-def _level_sides(scene: Scene, thing: Thing) -> NDArray[np.intp]:
+def _find_level_sides(scene: Scene, thing: Thing) -> NDArray[np.intp]:
     """Return the ends (m, 2) of the level sides of a thing's faces, as the scene's vertices, each
     once.
     """

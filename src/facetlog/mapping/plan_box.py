@@ -78,13 +78,13 @@ def plan_box(points: FloatArray, covs: FloatArray, sides: Rows) -> PlanBox | Non
     def rectangle(flat: FloatArray) -> FloatArray:
         at = flat.reshape(-1, 2)
         found = _rectangle(at, own, weights, reference, (low_a, high_a, low_b, high_b))
-        return _longer_first(found) if swapped else found
+        return _put_longer_first(found) if swapped else found
 
     flat = points[rows].ravel()
     values = rectangle(flat)
     jacobian = _derivatives(rectangle, flat, STEP * float(apart.max()))
     cov = jacobian @ block_diag(*covs[rows]) @ jacobian.T
-    values[2] = _within_half_turn(float(values[2]))
+    values[2] = _wrap_to_half_turn(float(values[2]))
     return PlanBox(values, (cov + cov.T) / 2)
 
 
@@ -99,7 +99,7 @@ def _dominant(points: FloatArray, covs: FloatArray, sides: Rows) -> tuple[Rows, 
     spread = np.einsum("ni,nij,nj->n", across, covs[sides].sum(axis=1), across)
     variances = spread / lengths**2 + LEAST_SD**2
     angles = np.arctan2(steps[:, 1], steps[:, 0])
-    between = np.abs(_to_quarter(angles[:, None] - angles[None]))
+    between = np.abs(_wrap_to_quarter(angles[:, None] - angles[None]))
     alike = between <= ALIKE_SDS * np.sqrt(variances[:, None] + variances[None])
     # A side that is hardly known agrees with all: it is as much evidence as its angle is known.
     evidence = (alike * (lengths / np.sqrt(variances))[None]).sum(axis=1)
@@ -109,7 +109,7 @@ def _dominant(points: FloatArray, covs: FloatArray, sides: Rows) -> tuple[Rows, 
     return sides[chosen], 1.0 / variances[chosen]
 
 
-def _to_quarter(angles: FloatArray) -> FloatArray:
+def _wrap_to_quarter(angles: FloatArray) -> FloatArray:
     """Return angles to the nearest multiple of a quarter turn, in [-π/4, π/4]."""
     turned: FloatArray = angles - QUARTER_TURN * np.round(angles / QUARTER_TURN)
     return turned
@@ -123,7 +123,7 @@ def _angle(points: FloatArray, sides: Rows) -> FloatArray:
 
 def _heading(points: FloatArray, sides: Rows, weights: FloatArray, reference: float) -> float:
     """Return the weighted mean of the sides' directions, near a reference that is one of them."""
-    off = _to_quarter(_angle(points, sides) - reference)
+    off = _wrap_to_quarter(_angle(points, sides) - reference)
     return reference + float(off @ weights / weights.sum())
 
 
@@ -158,12 +158,12 @@ def _rectangle(
     return np.array([*middle, heading, high_a - low_a, high_b - low_b])
 
 
-def _longer_first(box: FloatArray) -> FloatArray:
+def _put_longer_first(box: FloatArray) -> FloatArray:
     x, y, heading, length, width = box.tolist()
     return np.array([x, y, heading + QUARTER_TURN, width, length])
 
 
-def _within_half_turn(heading: float) -> float:
+def _wrap_to_half_turn(heading: float) -> float:
     turned = math.remainder(heading, HALF_TURN)
     return HALF_TURN / 2 if turned == -HALF_TURN / 2 else turned
 

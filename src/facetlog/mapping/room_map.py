@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from facetlog.errors import FacetlogError, InputError
 from facetlog.mapping.floor_grid import RESOLUTION, FloorGrid, Seen, floor_grid
-from facetlog.mapping.moved_thing import Looks, Moved, without_moved
-from facetlog.mapping.placed_thing import PlacedThing, placed_things
+from facetlog.mapping.moved_thing import Looks, Moved, resolve_moved_things
+from facetlog.mapping.placed_thing import PlacedThing, place_things
 from facetlog.mapping.same_thing import Clash, MappedThing, merged
-from facetlog.mapping.visit import Look, Visit, check_aligned, grouped_views, read_visit
+from facetlog.mapping.visit import Look, Visit, check_aligned, read_grouped_views, read_visit
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.step_clock import StepClock
 from facetlog.robot.collecting.record import LOG_FILE, Taken
@@ -51,7 +51,7 @@ class RoomMap:
     moved: tuple[Moved, ...] = ()
 
 
-def map_of(
+def build_room_map(
     folders: Sequence[Path],
     base: "KnowledgeBase",
     *,
@@ -72,7 +72,7 @@ def map_of(
     notes: list[str] = []
     names = _names(visits)
     for visit, name in zip(visits, names, strict=True):
-        sets = grouped_views(visit)
+        sets = read_grouped_views(visit)
         if not sets:
             notes.append(f"{visit.folder} has too few views to find a face in")
         for number, look in enumerate(sets, start=1):
@@ -99,7 +99,7 @@ def _join_parts(
     there, clashes = merged(thing for part in parts for thing in part.things)
     beams = tuple(beam for visit in visits for beam in visit.driven.beams)
     timed = (zip(part.lattices, part.times, strict=True) for part in parts if part.times)
-    things, moved = without_moved(there, Looks(tuple(chain.from_iterable(timed)), beams))
+    things, moved = resolve_moved_things(there, Looks(tuple(chain.from_iterable(timed)), beams))
     way = tuple(place for visit in visits for place in visit.way)
     seen = Seen(
         tuple(lattice for part in parts for lattice in part.lattices),
@@ -114,7 +114,7 @@ def _join_parts(
         floor_grid(seen, side),
         tuple(visit.way for visit in visits),
         tuple(view for visit in visits for view in visit.taken),
-        (*notes, *map(_clash_line, clashes), *map(_moved_line, moved)),
+        (*notes, *map(_format_clash_line, clashes), *map(_format_moved_line, moved)),
         moved,
     )
 
@@ -125,7 +125,7 @@ def _scene_part(look: Look, visit: str, base: "KnowledgeBase") -> _ScenePart:
 
     found = recognize_views(look.views, base=base, clock=StepClock())
     errors, ground = look.errors, found.scene.seen_ground
-    things = placed_things(
+    things = place_things(
         found.scene,
         found.recognition,
         visit,
@@ -158,7 +158,7 @@ def _names(visits: Sequence[Visit]) -> list[str]:
     ]
 
 
-def _moved_line(moved: Moved) -> str:
+def _format_moved_line(moved: Moved) -> str:
     before, now = moved.before.best, moved.now.best
     one, other = before.source[0], now.source[0]
     seen, later = (f" ({one})", f" ({other})") if one != other else ("", "")
@@ -174,7 +174,7 @@ def _at(thing: PlacedThing) -> str:
     return f"{x:.2f}, {y:.2f} m"
 
 
-def _clash_line(clash: Clash) -> str:
+def _format_clash_line(clash: Clash) -> str:
     one, other = clash.one, clash.other
     what = one.said[0].model if one.said else "thing"
     return (

@@ -66,10 +66,10 @@ def distance(one: PlacedThing, other: PlacedThing) -> float:
     """Return the Mahalanobis distance of two things' poses (x, y, heading), with their headings as
     near as what looks the same allows.
     """
-    return _distance(_apart(one, other), cov_between(one, other))
+    return _distance(_apart(one, other), compute_cov_between(one, other))
 
 
-def cov_between(one: PlacedThing, other: PlacedThing) -> FloatArray:
+def compute_cov_between(one: PlacedThing, other: PlacedThing) -> FloatArray:
     """Return the covariance (3, 3) of how far two estimates of one thing's pose are apart.
 
     Those of two visits are independent, or else nearer: errors that both have in common are counted
@@ -109,7 +109,7 @@ def merged(
             if _shared(first, thing) > MOST:
                 if first.source[0] != thing.source[0] and alike(first, thing):
                     clashes.append(_clash(first, thing))
-                    group[0] = _where_surer(first, thing)
+                    group[0] = _place_where_surer(first, thing)
                 group.append(thing)
                 break
         else:
@@ -180,7 +180,7 @@ def _shared(one: PlacedThing, other: PlacedThing) -> float:
 
     Each is as much larger as it is unsure where it is: of a sheet there would be nothing.
     """
-    reach = REACH_SDS * math.sqrt(float(cov_between(one, other)[:2, :2].trace()) / 2)
+    reach = REACH_SDS * math.sqrt(float(compute_cov_between(one, other)[:2, :2].trace()) / 2)
     reach = max(reach, float(np.finfo(np.float32).eps))
     plans = [thing.plan.buffer(reach, quad_segs=2) for thing in (one, other)]
     in_plan = shapely.area(find_intersection(*plans)) / min(shapely.area(p) for p in plans)
@@ -218,7 +218,7 @@ def fused(one: PlacedThing, other: PlacedThing) -> PlacedThing:
     return _at(one, step, cov)
 
 
-def _where_surer(one: PlacedThing, other: PlacedThing) -> PlacedThing:
+def _place_where_surer(one: PlacedThing, other: PlacedThing) -> PlacedThing:
     """Return the first where that one of two poses has it that is surer of its place."""
     spreads = [float(thing.cov[:2, :2].trace()) for thing in (one, other)]
     return one if spreads[0] <= spreads[1] else _at(one, _apart(one, other), other.cov)

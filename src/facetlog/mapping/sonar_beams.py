@@ -8,7 +8,7 @@ from facetlog.errors import DeviceError
 from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.collecting.run_sessions import Run, run_sessions
 from facetlog.robot.pioneer.connecting import Connected
-from facetlog.robot.pioneer.replay import replay, replayed_states
+from facetlog.robot.pioneer.replay import iter_replayed_states, replay
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
@@ -69,13 +69,13 @@ def _beams(
 ) -> Iterator[Beam]:
     """Yield each measurement once, from where the robot was when it was reported."""
     known: dict[int, float] = {}
-    for state in replayed_states(replay(path, session), connected=opened.append):
+    for state in iter_replayed_states(replay(path, session), connected=opened.append):
         robot = run.place(state.pose)
-        for beam in new_beams(robot, state.sonars, known):
+        for beam in iter_new_beams(robot, state.sonars, known):
             yield replace(beam, at=since + beam.at)
 
 
-def new_beams(
+def iter_new_beams(
     robot: Pose2, sonars: Iterable[SonarRange], known: dict[int, float]
 ) -> Iterator[Beam]:
     """Yield the beams of what sonars measured since they were last asked, of a robot in the world.

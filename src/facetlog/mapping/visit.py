@@ -9,7 +9,11 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.mapping.sonar_beams import Driven, driven
-from facetlog.perception.estimation.pose_refinement.pose_chain import OWN_SD, added, of_twist
+from facetlog.perception.estimation.pose_refinement.pose_chain import (
+    OWN_SD,
+    added,
+    convert_to_twist_cov,
+)
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.collecting.record import (
@@ -20,7 +24,7 @@ from facetlog.robot.collecting.record import (
     read_record,
     read_robot_tum,
 )
-from facetlog.robot.collecting.run_sessions import runs_of
+from facetlog.robot.collecting.run_sessions import list_runs
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
@@ -71,7 +75,7 @@ def read_visit(folder: Path) -> Visit:
         taken,
         way or tuple(view.robot for view in taken),
         _is_stated(runs[0]) if runs else False,
-        driven(folder, runs_of(lines, folder)),
+        driven(folder, list_runs(lines, folder)),
     )
 
 
@@ -112,7 +116,7 @@ class Look:
     times: Mapping[str, float] = field(default_factory=dict)
 
 
-def grouped_views(visit: Visit) -> tuple[Look, ...]:
+def read_grouped_views(visit: Visit) -> tuple[Look, ...]:
     """Return the views that look at one place each, in the order in which they were taken.
     InputError if they cannot be read.
     """
@@ -133,22 +137,22 @@ def grouped_views(visit: Visit) -> tuple[Look, ...]:
 
 def _choose_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
     """Return some of the views (indices) under a name, their poses corrected by the pictures."""
-    from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+    from facetlog.perception.estimation.pose_refinement.refine_poses import correct_poses
 
     views = tuple(found.views[k] for k in chosen)
     if found.pose_errors is None:
         return Look(replace(found, name=name, views=views), None)
     errors = found.pose_errors.of(chosen)
-    covs = covariances_beside_first(errors.poses, errors.covariances)
+    covs = compute_relative_covariances(errors.poses, errors.covariances)
     beside = tuple(
         view if view.pose_cov is None else replace(view, pose_cov=cov)
         for view, cov in zip(views, covs, strict=True)
     )
     part = replace(found, name=name, views=beside, pose_errors=replace(errors, covariances=covs))
-    return Look(with_refined_poses(part), errors)
+    return Look(correct_poses(part), errors)
 
 
-def covariances_beside_first(poses: Sequence[Pose], covariances: FloatArray) -> FloatArray:
+def compute_relative_covariances(poses: Sequence[Pose], covariances: FloatArray) -> FloatArray:
     """Return the covariances (V, 6, 6) of place (world units) and rotation vector (radians) of
     poses that a robot took in this order, as if its odometry had begun with the first one.
     """
@@ -159,19 +163,21 @@ def covariances_beside_first(poses: Sequence[Pose], covariances: FloatArray) -> 
     # As far as from one another the views are from what they look at.
     distance = float(np.linalg.norm(centres - about, axis=1).max())
     own = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
-    twists = [of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
+    twists = [
+        convert_to_twist_cov(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)
+    ]
     since = np.zeros((6, 6))
     found = []
     for before, twist, pose in zip([twists[0], *twists], twists, poses, strict=False):
         step = added(before, twist)
         # Odometry that restarted is off independently of what it was before.
         since = since + (before + twist if step is None else step)
-        back = _place_from_twist(pose, about)
+        back = _compute_place_from_twist(pose, about)
         found.append(back @ since @ back.T + own)
     return np.array(found)
 
 
-def _place_from_twist(pose: Pose, about: FloatArray) -> FloatArray:
+def _compute_place_from_twist(pose: Pose, about: FloatArray) -> FloatArray:
     """From a twist's rotation vector and shift to a pose's place and rotation vector (6, 6): the
     place moves by turn x (centre - about) + shift.
     """

@@ -12,10 +12,10 @@ from facetlog import __version__
 from facetlog.counted import many
 from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
-from facetlog.kb.explaining.verdict_text import holding_text, mark, parts_text, size_texts
+from facetlog.kb.explaining.verdict_text import format_holding, format_parts, format_sizes, mark
 from facetlog.page.model_view import loose_edges, model_view
 from facetlog.page.seen_outlines import seen_outlines
-from facetlog.page.uncertainty import drawn_larger_by
+from facetlog.page.uncertainty import compute_ellipsoid_scale
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.pipeline import Recognised
 
@@ -80,17 +80,17 @@ class Subject:
         if self.answers is not None:
             return self.answers.goal
         one = self.best or (self.others if len(self.others) == 1 else ())
-        return holding_text(verdict.summary for verdict in one)
+        return format_holding(verdict.summary for verdict in one)
 
 
 def contents(subject: Subject) -> dict[str, Any]:
     """Return all that the template (page.html.jinja) names."""
     scene = subject.scene
-    spaces = _unseen_spaces(subject.pieces)
+    spaces = _name_unseen_spaces(subject.pieces)
     best, others = ([_verdict(v, spaces) for v in some] for some in (subject.best, subject.others))
     answers = None if subject.answers is None else _answers(subject.answers)
-    _keep_what_is_there((best, others, answers), scene, subject.pieces)
-    named = frozenset(_lit_by((best, others, answers)))
+    _drop_unknown_names((best, others, answers), scene, subject.pieces)
+    named = frozenset(_iter_lit_names((best, others, answers)))
     return {
         "version": __version__,
         "name": scene.name,
@@ -120,7 +120,7 @@ def _seen(scene: "Scene") -> str:
 
 
 def _answers(answers: Answers) -> dict[str, Any]:
-    rows = [[_marked(cell) for cell in row] for row in answers.rows]
+    rows = [[_mark_names(cell) for cell in row] for row in answers.rows]
     return {"heads": answers.heads, "rows": rows, "count": many(len(rows), "answer")}
 
 
@@ -131,7 +131,7 @@ def _kinds(
     is.
     """
     unseen = any(space.unseen > 0.0 for space in pieces.spaces)
-    larger = drawn_larger_by(scene)
+    larger = compute_ellipsoid_scale(scene)
     drawn = f", × {larger}" if larger and larger > 1 else ""
     there = (
         ("f", "faces", True, bool(scene.faces)),
@@ -144,21 +144,21 @@ def _kinds(
     return [(letter, called, on) for letter, called, on, is_there in there if is_there]
 
 
-def _unseen_spaces(pieces: "ShownPieces") -> dict[str, str]:
+def _name_unseen_spaces(pieces: "ShownPieces") -> dict[str, str]:
     """Return the name of the node of each thing's unseen space, by thing."""
     numbered = enumerate(zip(pieces.things, pieces.spaces, strict=True), start=1)
     return {thing: f"unseen{n}" for n, (thing, space) in numbered if space.unseen > 0.0}
 
 
 def _verdict(verdict: "Verdict", spaces: dict[str, str]) -> dict[str, Any]:
-    parts, sizes = parts_text(verdict), size_texts(verdict)
+    parts, sizes = format_parts(verdict), format_sizes(verdict)
     faces = " ".join(face for part in verdict.parts for face in part.faces)
     return {
         "summary": verdict.summary,
         "state": STANDS[verdict.state],
         "lines": [
             *([{"text": f"parts: {parts}", "names": faces}] if verdict.parts else ()),
-            *([_marked(f"sizes: {', '.join(sizes)}")] if sizes else ()),
+            *([_mark_names(f"sizes: {', '.join(sizes)}")] if sizes else ()),
         ],
         "conditions": [_condition(c, verdict, spaces) for c in verdict.conditions],
         "unseen": list(_unseen(verdict, spaces)),
@@ -171,7 +171,7 @@ def _unseen(verdict: "Verdict", spaces: dict[str, str]) -> Iterator[dict[str, An
     for found in verdict.unseen:
         said = "; ".join(line.strip() for line in found.lines(roles))
         space = spaces.get(verdict.thing) if found.space else None
-        yield _marked(said, (space,) if space else ())
+        yield _mark_names(said, (space,) if space else ())
         roles = ()
 
 
@@ -201,7 +201,7 @@ def _tree(found: Iterable[Step], open_space: Sequence[str]) -> list[dict[str, An
     for depth, text in found:
         while open_ones[-1][0] >= depth:
             open_ones.pop()
-        step = {**_marked(text), "steps": []}
+        step = {**_mark_names(text), "steps": []}
         if not step["names"] and text.startswith(MARKS[State.UNKNOWN]):
             step["names"] = " ".join(open_space)
         open_ones[-1][1].append(step)
@@ -209,7 +209,7 @@ def _tree(found: Iterable[Step], open_space: Sequence[str]) -> list[dict[str, An
     return top
 
 
-def _marked(line: str, places: Sequence[str] = ()) -> dict[str, Any]:
+def _mark_names(line: str, places: Sequence[str] = ()) -> dict[str, Any]:
     """Return a text, and what is to be lit up: places that it is about, and the names that
     it has.
     """
@@ -223,17 +223,17 @@ def _names(line: str) -> Iterator[str]:
             yield from (f"{letter}{number}" for number in range(int(first), end + 1))
 
 
-def _lit_by(shown: Any) -> Iterator[str]:
+def _iter_lit_names(shown: Any) -> Iterator[str]:
     """Yield all names that lines of the page light up."""
     if isinstance(shown, dict):
         yield from str(shown.get("names", "")).split()
         shown = tuple(shown.values())
     if isinstance(shown, list | tuple):
         for each in shown:
-            yield from _lit_by(each)
+            yield from _iter_lit_names(each)
 
 
-def _keep_what_is_there(shown: Any, scene: "Scene", pieces: "ShownPieces") -> None:
+def _drop_unknown_names(shown: Any, scene: "Scene", pieces: "ShownPieces") -> None:
     """Drop names that the scene does not have: a letter with a number may mean other things."""
     things = zip(_NAMED, (scene.faces, scene.edges, scene.vertices, pieces.pieces), strict=True)
     there = {f"{letter}{n}" for letter, some in things for n in range(1, len(some) + 1)}

@@ -18,7 +18,7 @@ from facetlog.perception.pieces.piece_meshes import add_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPieces
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import flat_faces
-from facetlog.perception.surfaces.mesh_export import add_faces, viewer_page
+from facetlog.perception.surfaces.mesh_export import add_faces, render_viewer_page
 from facetlog.perception.types import FloatArray, View
 
 # A camera is drawn as a pyramid so long, of the scene's diagonal, as wide and high as it sees.
@@ -47,7 +47,7 @@ def model_view(
     if not add_faces(graph, scene):
         return ""
     size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
-    _say_where_names_stand(graph, scene)
+    _place_face_names(graph, scene)
     add_pieces(graph, pieces)
     loose = frozenset(loose_edges(scene))
     for index, edge in enumerate(scene.edges):
@@ -60,7 +60,7 @@ def model_view(
     for number, view in enumerate(views, start=1):
         graph.add_geometry(_camera(view, CAMERA_SHARE * size), node_name=f"view{number}")
     script = files(__package__).joinpath("model_view.js").read_text(encoding="utf-8")
-    return viewer_page(graph, scene.up, look_at=scene.points, script=script)
+    return render_viewer_page(graph, scene.up, look_at=scene.points, script=script)
 
 
 def loose_edges(scene: Scene) -> Iterator[int]:
@@ -75,7 +75,7 @@ def loose_edges(scene: Scene) -> Iterator[int]:
             yield index
 
 
-def _say_where_names_stand(graph: trimesh.Scene, scene: Scene) -> None:
+def _place_face_names(graph: trimesh.Scene, scene: Scene) -> None:
     """Place the names of faces well inside them; the script reads that as `userData.at`."""
     for face in flat_faces(scene):
         mesh = graph.geometry.get(f"f{face.index + 1}")

@@ -14,7 +14,7 @@ from facetlog.output_file import OWN_PAGE
 _SCRIPT = re.compile(r"<script[^>]*>(.*?)</script", re.DOTALL | re.IGNORECASE)
 
 
-def head_lines(scripts: Iterable[str] = (), *, version: str) -> str:
+def make_head_lines(scripts: Iterable[str] = (), *, version: str) -> str:
     """Return the lines that follow a page's charset; `scripts` are those in it, and in its frames.
 
     A frame by `srcdoc` obeys the policy of its page. Pictures are in the page; the viewer in a
@@ -38,7 +38,7 @@ def head_lines(scripts: Iterable[str] = (), *, version: str) -> str:
     )
 
 
-def scripts_in(page: str) -> list[str]:
+def find_scripts(page: str) -> list[str]:
     """Return the scripts in the text of a page."""
     return _SCRIPT.findall(page)
 

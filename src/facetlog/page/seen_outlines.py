@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from facetlog.page.inner_point import inner_point
 from facetlog.page.model_view import loose_edges
 from facetlog.perception.pieces.pieces import Piece
-from facetlog.perception.pieces.shown_pieces import SIDES, ShownPieces, box_corners
+from facetlog.perception.pieces.shown_pieces import SIDES, ShownPieces, compute_box_corners
 from facetlog.perception.polygons import (
     find_difference,
     find_intersection,
@@ -22,8 +22,8 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import (
     DEPTH_TOLERANCE,
-    faces_camera,
-    ring_pixels,
+    is_facing_camera,
+    project_rings,
 )
 from facetlog.perception.types import FloatArray, View
 
@@ -139,7 +139,7 @@ def _run(corners: FloatArray) -> str:
 
 def _faces(view: View, scene: Scene) -> Iterator[_Drawn]:
     for number, face in enumerate(scene.faces):
-        rings = [ring for ring in ring_pixels(view, scene, face) if len(ring) >= 3]
+        rings = [ring for ring in project_rings(view, scene, face) if len(ring) >= 3]
         above = float(face.plane.distance(view.pose.centre))
         if not rings or above == 0.0:
             continue
@@ -150,7 +150,7 @@ def _faces(view: View, scene: Scene) -> Iterator[_Drawn]:
         # A ray c + z R (x, y, 1) meets n · p + d = 0 at 1 / z = -n · R (x, y, 1) / (n · c + d).
         of_ray = -(view.pose.rotation.T @ face.plane.normal) / above
         yield _Drawn(
-            "face", f"f{number + 1}", shape, _of_pixel(view, of_ray), faces_camera(face, view)
+            "face", f"f{number + 1}", shape, _of_pixel(view, of_ray), is_facing_camera(face, view)
         )
 
 
@@ -180,7 +180,7 @@ def _edges(view: View, scene: Scene, kind: str, indices: Iterable[int]) -> Itera
 
 def _box(view: View, piece: Piece) -> BaseGeometry:
     """Return the outline of a piece's box, as far as it is before the camera."""
-    frustum, corners = Frustum(view.camera, view.pose), box_corners(piece)
+    frustum, corners = Frustum(view.camera, view.pose), compute_box_corners(piece)
     edges = [(a, b) for side in SIDES for a, b in zip(side, (*side[1:], side[0]), strict=True)]
     ends = [frustum.segment(corners[a], corners[b]) for a, b in edges if a < b]
     pixels = [frustum.pixels(each) for each in ends if each is not None]

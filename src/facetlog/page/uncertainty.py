@@ -21,7 +21,7 @@ FLATTEST = 1e-3
 COLOUR = (200, 60, 120, 255)
 
 
-def drawn_larger_by(scene: Scene) -> int | None:
+def compute_ellipsoid_scale(scene: Scene) -> int | None:
     """Return the scale of all ellipsoids, 1, 2, 5, 10, …; None if there are none."""
     longest = [axes.max() for _, axes, _ in _ellipsoids(scene)]
     if not longest:
@@ -34,7 +34,7 @@ def drawn_larger_by(scene: Scene) -> int | None:
 
 def add_ellipsoids(graph: trimesh.Scene, scene: Scene) -> None:
     """Add nodes v1, … of all vertices that have a covariance, in the scene's frame."""
-    larger = drawn_larger_by(scene)
+    larger = compute_ellipsoid_scale(scene)
     if larger is None:
         return
     sphere = trimesh.creation.icosphere(subdivisions=2)

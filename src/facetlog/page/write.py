@@ -7,7 +7,7 @@ from markupsafe import Markup, escape
 
 from facetlog import __version__
 from facetlog.page.contents import Subject, contents
-from facetlog.page.policy import head_lines, scripts_in
+from facetlog.page.policy import find_scripts, make_head_lines
 from facetlog.terminal import printable
 
 PAGE_FILE = "report.html"
@@ -30,9 +30,9 @@ def page(subject: Subject) -> str:
     template = environment.get_template("page.html.jinja")
     shown = contents(subject)
     # A page of its own, whose lines are kept.
-    scripts = (beside["script"], *scripts_in(shown["model_view"]))
+    scripts = (beside["script"], *find_scripts(shown["model_view"]))
     shown["model_view"] = escape(shown["model_view"])
-    return template.render(**shown, **beside, head=head_lines(scripts, version=__version__))
+    return template.render(**shown, **beside, head=make_head_lines(scripts, version=__version__))
 
 
 def _printable(value: object) -> object:

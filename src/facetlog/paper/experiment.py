@@ -12,7 +12,7 @@ from facetlog.perception.detection.block_front_end.faces_of_block import (
     picture_features,
 )
 from facetlog.perception.estimation.ekf import State
-from facetlog.perception.estimation.point_filter import plain_recursion
+from facetlog.perception.estimation.point_filter import run_printed_recursion
 from facetlog.perception.estimation.point_recursion import PointFilters
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.scene import Vertex
@@ -25,7 +25,7 @@ from facetlog.pipeline import (
     Recognised,
     open_models,
     recognize_views,
-    simulated_views,
+    render_simulated_views,
 )
 
 # "a large S0" of the paper's zero start, in the square of the unit: as its printed figures have it.
@@ -93,7 +93,7 @@ def run_experiment(seed: int, progress: Progress | None, clock: StepClock) -> Ex
     """Run the tour round the block of a seed. Raise InputError if no face is found."""
     from facetlog.robot.rendering.worlds import make_world
 
-    view_set = simulated_views("block", seed, progress=progress, clock=clock)
+    view_set = render_simulated_views("block", seed, progress=progress, clock=clock)
     views = view_set.views
     true = np.array(make_world("block", seed).truth.solids[0].vertices) * METRES_PER_INCH
     start = perf_counter()
@@ -131,7 +131,7 @@ def _vertex_run(vertex: Vertex, views: tuple[View, ...], true: FloatArray) -> Ve
         covs.append(filters.covs[0].copy())
     numbered = [Observation(k, o.uv, o.cov) for k, o in enumerate(seen)]
     begin = State(np.zeros(3), LARGE_S0 * np.eye(3))
-    plain = list(plain_recursion(numbered, projections, begin))
+    plain = list(run_printed_recursion(numbered, projections, begin))
     nearest = int(((true - vertex.point) ** 2).sum(axis=1).argmin())
     return VertexRun(
         str(vertex.label or "no label"),

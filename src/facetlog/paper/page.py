@@ -9,14 +9,14 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from facetlog import __version__
-from facetlog.kb.explaining.verdict_text import holding_text
+from facetlog.kb.explaining.verdict_text import format_holding
 from facetlog.output_folder import output_folder
-from facetlog.page.policy import head_lines, scripts_in
+from facetlog.page.policy import find_scripts, make_head_lines
 from facetlog.paper import pictures
 from facetlog.paper.experiment import METRES_PER_INCH, Experiment, VertexRun
 from facetlog.paper.printed import plane_iterations, point_iterations
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.mesh_export import viewer_html
+from facetlog.perception.surfaces.mesh_export import render_viewer
 
 PAGE_FILE = "paper.html"
 SIGHTINGS = 6
@@ -53,22 +53,22 @@ def _contents(run: Experiment, seed: int) -> dict[str, Any]:
     # The first picture with the most regions of grey: it shows three faces, as the paper's does.
     view = max(range(len(run.views)), key=lambda k: run.block.pictures[k].regions.labels.max())
     most_seen = run.shown_vertices[0]
-    viewer = viewer_html(scene)
+    viewer = render_viewer(scene)
     return {
-        "head": head_lines(scripts_in(viewer), version=__version__),
+        "head": make_head_lines(find_scripts(viewer), version=__version__),
         "version": __version__,
         "seed": seed,
-        "verdict": holding_text(v.summary for v in recognition.best),
+        "verdict": format_holding(v.summary for v in recognition.best),
         "map": pictures.camera_map(run),
         "thumbnails": _thumbnails(run),
         "shown": f"{run.views[view].name}, as the camera took it",
-        "picture": pictures.data_uri(run.views[view].image),
-        "thresholded": pictures.thresholded_picture(run.views[view].image),
-        "regions": pictures.regions_picture(run, view),
+        "picture": pictures.encode_jpeg(run.views[view].image),
+        "thresholded": pictures.draw_thresholded_picture(run.views[view].image),
+        "regions": pictures.draw_regions_picture(run, view),
         "ungrown": run.ungrown,
         "grown": run.grown,
-        "edges": pictures.edges_picture(run, view),
-        "labels": pictures.labels_picture(run, view),
+        "edges": pictures.draw_edges_picture(run, view),
+        "labels": pictures.draw_labels_picture(run, view),
         "vertex_a": _vertex(most_seen, scene),
         "sightings": pictures.sightings(run, most_seen, SIGHTINGS),
         "vertices": [_vertex(v, scene) for v in run.vertices],
@@ -76,8 +76,8 @@ def _contents(run: Experiment, seed: int) -> dict[str, Any]:
         "curves": [
             {
                 "label": v.label.replace("_", " "),
-                "estimate": pictures.estimate_curve(v),
-                "covariance": pictures.covariance_curve(v),
+                "estimate": pictures.plot_estimate(v),
+                "covariance": pictures.plot_covariance(v),
             }
             for v in run.shown_vertices
         ],

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 
 from facetlog.paper.experiment import METRES_PER_INCH, Experiment, VertexRun
-from facetlog.perception.detection.block_front_end.edge_lines import edge_pixels
+from facetlog.perception.detection.block_front_end.edge_lines import find_edge_pixels
 from facetlog.perception.detection.block_front_end.localise import (
     PAPER_THRESHOLD,
-    binary_picture,
+    threshold_picture,
 )
 from facetlog.perception.types import FloatArray, Image
 
@@ -28,7 +28,7 @@ ENLARGED = 4
 JPEG_QUALITY = 85
 
 
-def new_figure(width: float, height: float) -> "Figure":
+def make_figure(width: float, height: float) -> "Figure":
     """Return an empty figure of a size in inches that draws without a screen."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -38,7 +38,7 @@ def new_figure(width: float, height: float) -> "Figure":
     return figure
 
 
-def svg_uri(figure: "Figure") -> str:
+def encode_svg(figure: "Figure") -> str:
     """Return a figure as the address of an image that holds itself."""
     from matplotlib import rc_context
 
@@ -48,7 +48,7 @@ def svg_uri(figure: "Figure") -> str:
     return f"data:image/svg+xml;base64,{b64encode(out.getvalue()).decode()}"
 
 
-def data_uri(image: Image) -> str:
+def encode_jpeg(image: Image) -> str:
     """Return a picture (H, W) or (H, W, 3), blue first, as an address that holds it."""
     data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
     return f"data:image/jpeg;base64,{b64encode(data).decode()}"
@@ -56,7 +56,7 @@ def data_uri(image: Image) -> str:
 
 def camera_map(run: Experiment) -> str:
     """Return figure 8: where the pinholes were and where they looked, in inches, by sets of six."""
-    figure = new_figure(6.4, 6.0)
+    figure = make_figure(6.4, 6.0)
     axes = figure.subplots()
     scene = run.found.scene
     for face in scene.faces:
@@ -75,39 +75,39 @@ def camera_map(run: Experiment) -> str:
     axes.legend(frameon=False, fontsize=8, loc="upper right")
     axes.set(aspect="equal", xlabel="x, inches", ylabel="y, inches")
     axes.grid(alpha=0.3)
-    return svg_uri(figure)
+    return encode_svg(figure)
 
 
 def thumbnail(image: Image) -> str:
     """Return a picture made small."""
     height = round(THUMBNAIL_PX * image.shape[0] / image.shape[1])
     small = cv2.resize(image, (THUMBNAIL_PX, height), interpolation=cv2.INTER_AREA)
-    return data_uri(np.asarray(small, dtype=np.uint8))
+    return encode_jpeg(np.asarray(small, dtype=np.uint8))
 
 
-def thresholded_picture(image: Image) -> str:
+def draw_thresholded_picture(image: Image) -> str:
     """Return figure 9 (b): black and white by the paper's threshold."""
-    return data_uri(binary_picture(image, PAPER_THRESHOLD))
+    return encode_jpeg(threshold_picture(image, PAPER_THRESHOLD))
 
 
-def regions_picture(run: Experiment, view: int) -> str:
+def draw_regions_picture(run: Experiment, view: int) -> str:
     """Draw the regions of one grey in colours."""
     found = run.block.pictures[view]
     labels = found.regions.labels
     colours = np.array([[60, 60, 60], [80, 170, 240], [120, 200, 90], [230, 150, 90]], np.uint8)
     picture = colours[np.where(labels > 0, 1 + (labels - 1) % 3, 0)]
-    return data_uri(_enlarged(picture, found.object.mask, cv2.INTER_NEAREST)[0])
+    return encode_jpeg(_enlarged(picture, found.object.mask, cv2.INTER_NEAREST)[0])
 
 
-def edges_picture(run: Experiment, view: int) -> str:
+def draw_edges_picture(run: Experiment, view: int) -> str:
     """Return figure 10: the Laplacian's edge pixels of the localised block."""
     mask = run.block.pictures[view].object.mask
-    edges = edge_pixels(run.views[view].image, mask)
+    edges = find_edge_pixels(run.views[view].image, mask)
     drawn = np.where(edges, np.uint8(0), np.uint8(255))
-    return data_uri(_enlarged(drawn, mask, cv2.INTER_NEAREST)[0])
+    return encode_jpeg(_enlarged(drawn, mask, cv2.INTER_NEAREST)[0])
 
 
-def labels_picture(run: Experiment, view: int) -> str:
+def draw_labels_picture(run: Experiment, view: int) -> str:
     """Return the straight edges and the vertices with their position labels."""
     mask = run.block.pictures[view].object.mask
     large, corner, factor = _enlarged(run.views[view].image, mask, cv2.INTER_CUBIC)
@@ -129,7 +129,7 @@ def labels_picture(run: Experiment, view: int) -> str:
         at = (u + 10 if u > middle else u - 10 - width, v + (-8 if v < image.shape[0] / 2 else 16))
         for colour, thick in (((40, 40, 40), 3), ((255, 255, 255), 1)):
             cv2.putText(image, name, at, 0, LETTERS, colour, thick, cv2.LINE_AA)
-    return data_uri(np.asarray(image, dtype=np.uint8))
+    return encode_jpeg(np.asarray(image, dtype=np.uint8))
 
 
 def _enlarged(image: Image, mask: Image, how: int) -> tuple[Image, FloatArray, float]:
@@ -161,15 +161,15 @@ def sightings(run: Experiment, track: VertexRun, count: int) -> list[tuple[str, 
         middle = tuple(round(float(ENLARGED * (AROUND_PX + off + 0.5))) for off in uv - np.rint(uv))
         cv2.drawMarker(colour, middle, (40, 40, 230), cv2.MARKER_CROSS, 24, 1, cv2.LINE_AA)
         where = f"{run.views[view].name}: ({uv[0]:.2f}, {uv[1]:.2f})"
-        found.append((where, data_uri(np.asarray(colour, dtype=np.uint8))))
+        found.append((where, encode_jpeg(np.asarray(colour, dtype=np.uint8))))
     return found
 
 
-def estimate_curve(vertex: VertexRun) -> str:
+def plot_estimate(vertex: VertexRun) -> str:
     """Return figure 12: x, y and z less the truth after each view, with three standard deviations,
     and the printed recursion's from its zero start beside it.
     """
-    figure = new_figure(6.8, 4.4)
+    figure = make_figure(6.8, 4.4)
     panels = figure.subplots(3, 1, sharex=True)
     views = np.arange(1, len(vertex.views) + 1)
     for k, axes in enumerate(panels):
@@ -186,12 +186,12 @@ def estimate_curve(vertex: VertexRun) -> str:
         axes.grid(alpha=0.3)
     panels[0].legend(frameon=False, fontsize=8, ncol=3, loc="upper right")
     panels[-1].set_xlabel("views that showed it")
-    return svg_uri(figure)
+    return encode_svg(figure)
 
 
-def covariance_curve(vertex: VertexRun) -> str:
+def plot_covariance(vertex: VertexRun) -> str:
     """Return figure 13: the elements on the covariance's diagonal after each view."""
-    figure = new_figure(6.8, 2.8)
+    figure = make_figure(6.8, 2.8)
     axes = figure.subplots()
     views = np.arange(1, len(vertex.views) + 1)
     for k in range(3):
@@ -202,4 +202,4 @@ def covariance_curve(vertex: VertexRun) -> str:
     axes.set(xlabel="views that showed it", ylabel="variance, in²")
     axes.legend(frameon=False, fontsize=8, ncol=2)
     axes.grid(alpha=0.3)
-    return svg_uri(figure)
+    return encode_svg(figure)

@@ -10,7 +10,7 @@ import numpy as np
 
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.plane_filter import Chart, plain_plane_recursion
-from facetlog.perception.estimation.point_filter import plain_recursion
+from facetlog.perception.estimation.point_filter import run_printed_recursion
 from facetlog.perception.pan_tilt import projection_matrix
 from facetlog.perception.types import Observation
 
@@ -41,7 +41,7 @@ def point_iterations() -> tuple[Iteration, ...]:
     seen = [Observation(k, case["uv"], paper["noise"] * np.eye(2)) for k, case in enumerate(cases)]
     start = State(np.zeros(3), paper["s0"] * np.eye(3))
     found = []
-    states = plain_recursion(seen, projections, start)
+    states = run_printed_recursion(seen, projections, start)
     for number, (case, state) in enumerate(zip(cases, states, strict=True), start=1):
         u, v = case["printed_uv"]
         x, y, z, pan, tilt, _ = case["printed_pose"]

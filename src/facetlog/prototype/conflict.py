@@ -14,12 +14,12 @@ ROUNDS, FORMS, STEPS = 6, 3, 4
 REACH = 0.7
 
 
-def never_together(missed: Iterable[Collection[str]]) -> tuple[str, ...]:
+def find_never_together(missed: Iterable[Collection[str]]) -> tuple[str, ...]:
     """Return the fewest labels of which each of the sets has one: what no solid met all of.
 
-    >>> never_together([{"wide", "high"}, {"narrow"}, {"wide"}])
+    >>> find_never_together([{"wide", "high"}, {"narrow"}, {"wide"}])
     ('narrow', 'wide')
-    >>> never_together([{"wide"}, set()])
+    >>> find_never_together([{"wide"}, set()])
     ()
     """
     sets = [frozenset(each) for each in missed]
@@ -39,14 +39,14 @@ def conflict(search: Search) -> tuple[str, ...]:
 
     Of a search in which nothing holds.
     """
-    found = never_together(search.bench.missed)
+    found = find_never_together(search.bench.missed)
     for _ in range(ROUNDS):
         nearest = sorted(
             search.ranked(), key=lambda candidate: len({*candidate.judged.missed} & {*found})
         )
         for candidate in nearest[:FORMS]:
             _towards(search, candidate, found)
-        now = never_together(search.bench.missed)
+        now = find_never_together(search.bench.missed)
         if now == found:
             break
         found = now

@@ -67,7 +67,7 @@ def surfaces() -> Iterator[Form]:
     yield from (BuilderForm(name) for name, builder in BUILDERS.items() if not builder.is_solid)
 
 
-def starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
+def iter_starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
     """Yield all that are solid, those of few parts first; of what comes in numbers so many."""
     for kind in ("block", "board", "upright board", "bar", "upright bar"):
         yield single(kind)
@@ -105,7 +105,7 @@ def starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
         yield beside(block, 0, steps)
 
 
-def grown_from(
+def iter_grown_forms(
     start: Form, sizes: Mapping[str, float], counts: Sequence[int] = COUNTS
 ) -> Iterator[Form]:
     """Yield what one more group of parts makes of an assembly of these sizes; of other forms

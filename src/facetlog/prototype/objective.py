@@ -56,7 +56,7 @@ class Judged:
     @property
     def fails_alone(self) -> str:
         """The label of the one condition that fails while all others hold; empty if not so."""
-        failed = self.verdict.conditions_that(State.FAILS)
+        failed = self.verdict.list_conditions_in_state(State.FAILS)
         return failed[0].label if len(failed) == len(self.missed) == 1 else ""
 
     @property
@@ -74,13 +74,13 @@ class Judged:
         return (-float(unmet), float(self.holds), -float(missed), degree, least, total)
 
 
-def margins_of(verdict: Verdict) -> Margins:
+def compute_margins(verdict: Verdict) -> Margins:
     """Return the margins of all demands of a verdict; of parts that were not found as well.
 
     Where all conditions are decided, the parts that were not found are optional.
     """
     found: dict[tuple[str, str], float] = {}
-    is_open = bool(verdict.conditions_that(State.UNKNOWN))
+    is_open = bool(verdict.list_conditions_in_state(State.UNKNOWN))
     for part in verdict.parts:
         if is_open and not part.faces and not part.is_group:
             found[PART, part.role] = -FAR
@@ -105,7 +105,7 @@ def _demands(proof: Proof, path: str) -> Iterator[tuple[str, float]]:
         for side, margin in _sides(proof.detail):
             yield f"{path} {side}", margin
     else:
-        yield path, margin_of(proof)
+        yield path, compute_margin(proof)
 
 
 def _in_order(children: Sequence[Proof]) -> list[Proof]:
@@ -122,35 +122,35 @@ def _in_order(children: Sequence[Proof]) -> list[Proof]:
 def _measured(proof: Proof) -> float:
     if proof.name == "implies":
         return _measured(proof.children[1])
-    return proof.detail.value if isinstance(proof.detail, Comparison) else margin_of(proof)
+    return proof.detail.value if isinstance(proof.detail, Comparison) else compute_margin(proof)
 
 
-def margin_of(proof: Proof) -> float:
+def compute_margin(proof: Proof) -> float:
     """Return the margin of a step: greater than 0 if it holds."""
     match proof.name:
         case "counted":
             return _counted(proof)
         case "all" | "short" | "if_known" if proof.children:
-            return min(map(margin_of, proof.children))
+            return min(map(compute_margin, proof.children))
         case "any" if proof.children:
-            return max(map(margin_of, proof.children))
+            return max(map(compute_margin, proof.children))
         case "implies":
             where, then = proof.children
-            return margin_of(then) if where.state is State.HOLDS else -margin_of(where)
+            return compute_margin(then) if where.state is State.HOLDS else -compute_margin(where)
         case "not":
-            return -margin_of(proof.children[0])
+            return -compute_margin(proof.children[0])
         case _ if isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
             return min(margin for _, margin in _sides(proof.detail))
         case _:
             return _flat(proof.state)
 
 
-def counts_in(proof: Proof) -> Iterator[int]:
+def iter_counts(proof: Proof) -> Iterator[int]:
     """Yield how many are wanted, at least or at most, wherever a proof counts."""
     if isinstance(proof.detail, Note) and proof.detail.counted is not None:
         yield proof.detail.counted[1]
     for child in proof.children:
-        yield from counts_in(child)
+        yield from iter_counts(child)
 
 
 def _flat(state: State) -> float:

@@ -7,7 +7,11 @@ import cv2
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.drawing.lettering import plain
-from facetlog.perception.surfaces.drawing.thumbnail import on_white, thumbnail, tint_colour
+from facetlog.perception.surfaces.drawing.thumbnail import (
+    choose_tint_colour,
+    put_on_white,
+    thumbnail,
+)
 from facetlog.prototype.objective import Judged
 
 # Of the picture's side: a line of the legend, and its letters.
@@ -40,12 +44,12 @@ def picture(judged: Judged, size_px: int) -> bytes:
     """Return the solid on white as a PNG, with a legend of its parts; what plays none is grey."""
     roles = role_faces(judged)
     tints = {face: nth for nth, faces in reversed([*enumerate(roles.values())]) for face in faces}
-    image = on_white(thumbnail(judged.scene, size_px, tints))
+    image = put_on_white(thumbnail(judged.scene, size_px, tints))
     line = round(LINE * size_px)
     for nth, role in enumerate(roles):
         top = (nth + 1) * line
         box = (line, top), (2 * line - 8, top + line - 8)
-        cv2.rectangle(image, *box, tint_colour(nth).tolist(), cv2.FILLED)
+        cv2.rectangle(image, *box, choose_tint_colour(nth).tolist(), cv2.FILLED)
         cv2.rectangle(image, *box, INK)
         start = (2 * line, top + line - 12)
         font = cv2.FONT_HERSHEY_SIMPLEX

@@ -62,7 +62,7 @@ def explored(search: Search, seed: int) -> None:
     search.look(grown[nth] for nth in draw.permutation(len(grown)))
 
 
-def holding_samples(search: Search, seed: int) -> Iterator[Sample]:
+def iter_holding_samples(search: Search, seed: int) -> Iterator[Sample]:
     """Yield solids that hold, without end, of all forms of the search that do, in turn."""
     draw = np.random.default_rng([seed, 0])
     walks = [_Walk(search.bench, one, draw) for one in search.holding[:MOST_FORMS]]

@@ -6,8 +6,14 @@ from itertools import islice, zip_longest
 
 from facetlog.prototype.assembly import Form
 from facetlog.prototype.fit import fitted
-from facetlog.prototype.forms import COUNTS, MOST_PARTS, grown_from, starting_forms, surfaces
-from facetlog.prototype.objective import counts_in
+from facetlog.prototype.forms import (
+    COUNTS,
+    MOST_PARTS,
+    iter_grown_forms,
+    iter_starting_forms,
+    surfaces,
+)
+from facetlog.prototype.objective import iter_counts
 from facetlog.prototype.workbench import Candidate, Workbench
 
 # How many of a generation are fitted, and how many grow further.
@@ -32,7 +38,7 @@ class Search:
     def counts(self) -> list[int]:
         """Numbers of repeated parts to try: few, and those that the model names."""
         proofs = (c.proof for one in self.tried.values() for c in one.judged.verdict.conditions)
-        named = {count for proof in proofs for count in counts_in(proof)}
+        named = {count for proof in proofs for count in iter_counts(proof)}
         return sorted({*COUNTS, *(count for count in named if 2 <= count <= MOST_PARTS - 2)})
 
     @property
@@ -78,7 +84,7 @@ class Search:
         """Yield what one more group of parts makes of each of the best, of so many, in turn."""
         growing = [one for one in self.ranked() if one.form.grows][:most]
         counts = self.counts
-        forms = [grown_from(one.form, one.judged.sizes, counts) for one in growing]
+        forms = [iter_grown_forms(one.form, one.judged.sizes, counts) for one in growing]
         for some in zip_longest(*forms):
             yield from (form for form in some if form is not None)
 
@@ -113,8 +119,8 @@ def searched(bench: Workbench, most: int) -> Search:
     Raise ValueError if no form could be judged.
     """
     search = Search(bench, most)
-    search.look(islice(starting_forms(), 1))
-    if search.finds(starting_forms(search.counts)):
+    search.look(islice(iter_starting_forms(), 1))
+    if search.finds(iter_starting_forms(search.counts)):
         return search
     # What is no solid counts if it holds, and as no evidence of what solids miss.
     seen = Search(bench, most)

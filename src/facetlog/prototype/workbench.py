@@ -8,7 +8,7 @@ from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.prototype.assembly import Form
 from facetlog.prototype.fit import Try
-from facetlog.prototype.objective import Judged, margins_of
+from facetlog.prototype.objective import Judged, compute_margins
 
 SCENE = "drawn"
 THING = "t1"
@@ -46,7 +46,7 @@ class Workbench:
             verdict = self._base.judge(SCENE, self.model, THING)
         finally:
             self._base.drop_scene(SCENE)
-        return Judged(dict(sizes), scene, verdict, margins_of(verdict))
+        return Judged(dict(sizes), scene, verdict, compute_margins(verdict))
 
     def trying(self, form: Form) -> Try:
         """Judge a form of any sizes."""

@@ -11,10 +11,10 @@ from typing import Any
 from facetlog.errors import EngineError, FacetlogError, QueryError, RuleSyntaxError
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.terms import Term
-from facetlog.query_shell.meanings import Meaning, counted_in, height_notes, meanings
-from facetlog.query_shell.screen import Screen, place_of
+from facetlog.query_shell.meanings import Meaning, find_counting_unit, make_height_notes, meanings
+from facetlog.query_shell.screen import Screen, find_fault_place
 from facetlog.query_shell.session import Session
-from facetlog.query_shell.shown_terms import term_json
+from facetlog.query_shell.shown_terms import convert_term
 from facetlog.query_shell.table import Table
 
 SCHEMA = "facetlog-answers/1"
@@ -62,7 +62,7 @@ class WaysToAll:
     cells: str
 
 
-def outcome_of(error: FacetlogError) -> Outcome:
+def get_outcome(error: FacetlogError) -> Outcome:
     """Return the outcome of a goal that ended with this error."""
     return Outcome.ENGINE if isinstance(error, EngineError) else Outcome.FAULT
 
@@ -83,12 +83,12 @@ def show_answers(
         if shown == 0:
             screen.begin_answer(table=False)
             screen.say("no")
-            if unit := counted_in(goal, session.length):
+            if unit := find_counting_unit(goal, session.length):
                 screen.remark(f"goals count lengths in {unit}")
             return Outcome.NO
     rest = _count_rest(session, goal, shown) if shown == limit else _Rest(0, more=False)
     known = meanings(goal)
-    for note in (*height_notes(known), *table.unit_notes(goal)):
+    for note in (*make_height_notes(known), *table.iter_unit_notes(goal)):
         screen.remark(note)
     if rest.count or rest.more:
         screen.say(f"{rest} ({ways.rows})")
@@ -174,10 +174,10 @@ class _Rows:
         """Whether a cell did not fit the terminal."""
         return self._table.is_cut
 
-    def unit_notes(self, goal: str) -> Iterator[str]:
+    def iter_unit_notes(self, goal: str) -> Iterator[str]:
         """Say in which unit the goal counts, where it has numbers and the table another unit."""
-        if counted_in(goal, self._length):
-            yield from self._table.unit_notes()
+        if find_counting_unit(goal, self._length):
+            yield from self._table.iter_unit_notes()
 
     def show(self, answers: Answers, limit: int | None) -> int:
         """Write at most `limit` answers and return their number; raise an error after them."""
@@ -272,7 +272,7 @@ def write_answers(
         screen.raw(json.dumps(head)[:-1] + ', "rows": [')
         try:
             for row in answers:
-                screen.raw(f"{', ' if count else ''}{json.dumps(list(map(term_json, row)))}")
+                screen.raw(f"{', ' if count else ''}{json.dumps(list(map(convert_term, row)))}")
                 count += 1
             if count == limit:
                 rest = _count_rest(session, goal, count, count + 1)
@@ -311,6 +311,6 @@ def _convert_error(goal: str, error: FacetlogError) -> dict[str, Any]:
         return {"kind": "engine", "message": str(error)}
     start, end = 0, len(goal)
     if isinstance(error, QueryError) and error.text:
-        start, end = place_of(error)
+        start, end = find_fault_place(error)
     kind = "models" if isinstance(error, RuleSyntaxError) else "question"
     return {"kind": kind, "message": str(error), "start": start, "end": end}

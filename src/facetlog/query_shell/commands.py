@@ -11,11 +11,11 @@ from facetlog.kb.engine.terms import Atom, Term
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ArgumentKind, FactKind
 from facetlog.query_shell.asking import Outcome
 from facetlog.query_shell.meanings import length_unit, meanings
-from facetlog.query_shell.scene_names import kind_of, names_of_kind, scene_names
+from facetlog.query_shell.scene_names import kind_of, list_names_of_kind, scene_names
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.shell import Shell
 from facetlog.query_shell.table import Table
-from facetlog.query_shell.words import described, fact_signature, nearest, plain, summary
+from facetlog.query_shell.words import described, format_fact_signature, nearest, plain, summary
 
 SCHEMA = "facetlog-command/1"
 """Schema of the lines that a command prints."""
@@ -65,7 +65,7 @@ def run_command(shell: Shell, text: str) -> Outcome:
     command = COMMANDS.get(name)
     if command is not None and command.asks:
         return command.run(shell, rest.strip())
-    with shell.reporting(f":{text}"):
+    with shell.report_errors_as_json(f":{text}"):
         return _print_lines(shell, text, command, rest.strip())
 
 
@@ -155,7 +155,7 @@ def _collect_facts(shell: Shell, name: str, most: int | None) -> list[str]:
     """Return the facts of all scenes that are asked; of several, each below its name."""
     found = []
     for scene in shell.session.scenes:
-        lines = fact_lines(shell.session, scene, name, most=most, width=shell.screen.width)
+        lines = format_facts(shell.session, scene, name, most=most, width=shell.screen.width)
         own = list(lines)
         if own and len(shell.session.scenes) > 1:
             found.append(f"{scene}:")
@@ -163,7 +163,7 @@ def _collect_facts(shell: Shell, name: str, most: int | None) -> list[str]:
     return found
 
 
-def fact_lines(
+def format_facts(
     session: Session, scene: str, name: str, *, most: int | None, width: int | None
 ) -> Iterator[str]:
     """Format the facts that mention a name, by kind, with meaning and units; `most` of each kind.
@@ -178,12 +178,12 @@ def fact_lines(
         rows = _find_facts(session, scene, name, names, kind)
         columns = [argument.name for argument in kind.arguments]
         room = None if width is None else width - len("  ")
-        table = Table(columns, meanings(fact_signature(kind)), length, width=room)
+        table = Table(columns, meanings(format_fact_signature(kind)), length, width=room)
         if len(rows) == 1:  # with its units, and its meaning beside it
             fact = f"{kind.functor}({', '.join(table.values(rows[0]))})"
             yield f"{fact:<{LINE}}  {plain(kind.meaning)}"
         elif rows:
-            yield f"{fact_signature(kind)}: {plain(kind.meaning)}"
+            yield f"{format_fact_signature(kind)}: {plain(kind.meaning)}"
             shown = rows[:most]
             block = table.block(shown)
             yield from (f"  {line}" for line in (*table.head(shown), *block))
@@ -203,7 +203,7 @@ def _find_facts(
     variables = [f"A{i}" for i in range(kind.arity)]
     goal = f"{kind.functor}({', '.join(variables)})"
     for place, argument in enumerate(kind.arguments):
-        if not (argument.kind.is_name and name in names_of_kind(names, argument.kind)):
+        if not (argument.kind.is_name and name in list_names_of_kind(names, argument.kind)):
             continue
         given = {variables[place]: Atom(name)}
         with session.base.query(goal, scenes=(scene,), bindings=given) as answers:
@@ -254,7 +254,7 @@ def _run_limit(shell: Shell, text: str) -> Outcome:
 
 
 def _run_all(shell: Shell, text: str) -> Outcome:
-    with shell.reporting(f":all {text}".rstrip()):
+    with shell.report_errors_as_json(f":all {text}".rstrip()):
         _check_no_arguments("all", text)
         if shell.show_all is None:
             raise InputError("nothing was asked yet")

@@ -9,8 +9,8 @@ from pathlib import Path
 from facetlog.kb.engine.terms import Atom
 from facetlog.perception.facts.fact_schema import FACT_KINDS, ArgumentKind
 from facetlog.query_shell.commands import COMMANDS
-from facetlog.query_shell.goal_text import COMMAND, call_at, variables
-from facetlog.query_shell.scene_names import names_of_kind
+from facetlog.query_shell.goal_text import COMMAND, find_call, variables
+from facetlog.query_shell.scene_names import list_names_of_kind
 from facetlog.query_shell.shell import Shell
 from facetlog.query_shell.shown_terms import shown
 from facetlog.query_shell.words import summary
@@ -107,9 +107,9 @@ def _propose_subjects(shell: Shell, rest: str) -> Iterator[Proposal]:
         yield from _propose_matching(last, _list_all_names(shell))
     elif "=" in last:
         face = last.rpartition("=")[2]
-        yield from _propose_matching(face, names_of_kind(shell.names, ArgumentKind.PART))
+        yield from _propose_matching(face, list_names_of_kind(shell.names, ArgumentKind.PART))
     else:
-        yield from _propose_matching(last, names_of_kind(shell.names, ArgumentKind.THING))
+        yield from _propose_matching(last, list_names_of_kind(shell.names, ArgumentKind.THING))
 
 
 def _propose_paths(beginning: str) -> Iterator[Proposal]:
@@ -132,7 +132,7 @@ def _propose_in_goal(shell: Shell, text: str) -> Iterator[Proposal]:
     if beginning[:1].isupper():
         yield from _propose_matching(beginning, used, "variable")
         return
-    call = call_at(text, len(text))
+    call = find_call(text, len(text))
     if call is not None:
         yield from _propose_matching(beginning, _list_names_at(shell, *call))
         if not beginning:
@@ -155,13 +155,13 @@ def _list_names_at(shell: Shell, functor: str, place: int) -> Iterable[str]:
     kind = FACT_KINDS.get(functor)
     if kind is not None and place < kind.arity:
         argument = kind.arguments[place].kind
-        return names_of_kind(shell.names, argument) if argument.is_name else ()
+        return list_names_of_kind(shell.names, argument) if argument.is_name else ()
     name = _find_argument_name(shell, functor, place)
     if name == "Scene":
         return (_quote(file.name) for file in shell.session.scene_files)
     if name == "Model":
         return shell.session.base.models
-    return names_of_kind(shell.names, _KINDS[name]) if name in _KINDS else ()
+    return list_names_of_kind(shell.names, _KINDS[name]) if name in _KINDS else ()
 
 
 def _find_argument_name(shell: Shell, functor: str, place: int) -> str | None:
@@ -176,13 +176,13 @@ def _quote(name: str) -> str:
     return shown(Atom(name))
 
 
-def hint_at(shell: Shell, text: str, place: int) -> str:
+def find_hint(shell: Shell, text: str, place: int) -> str:
     """Return signature and meaning of the word at the cursor, or of the call around it."""
     match = _BEGINNING.search(text[:place])
     start = match.start() if match else place
     rest = _REST.match(text, place)
     word = text[start : rest.end() if rest else place]
-    call = call_at(text, place)
+    call = find_call(text, place)
     for name in (word, call[0] if call else ""):
         if start and text[start - 1] == COMMAND and name in COMMANDS:
             return f"{COMMANDS[name].signature}: {COMMANDS[name].meaning}"

@@ -55,10 +55,10 @@ class Explanation:
         return json.dumps(self.data)
 
 
-def parts_given(words: Sequence[str]) -> dict[str, str]:
+def parse_parts(words: Sequence[str]) -> dict[str, str]:
     """Parse parts like `top=f1`. Raise InputError for any other word and for one given twice.
 
-    >>> parts_given(["top=f1", "leg=f4"])
+    >>> parse_parts(["top=f1", "leg=f4"])
     {'top': 'f1', 'leg': 'f4'}
     """
     found: dict[str, str] = {}
@@ -78,17 +78,17 @@ def is_origin(names: Mapping[ArgumentKind, Sequence[str]], text: str) -> bool:
     return "(" in text or kind_of(names, text) is not None
 
 
-def unknown_subject(
+def make_unknown_subject_error(
     models: Iterable[str], names: Mapping[ArgumentKind, Sequence[str]], text: str
 ) -> InputError:
     """Return the error about a word that is neither a model nor, if any could be meant, one of the
     names.
 
-    >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, "bx"))
+    >>> str(make_unknown_subject_error(["box"], {ArgumentKind.FACE: ["f1"]}, "bx"))
     "there is neither a model nor a thing of the scene called 'bx'; did you mean box?"
-    >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, ""))
+    >>> str(make_unknown_subject_error(["box"], {ArgumentKind.FACE: ["f1"]}, ""))
     "there is neither a model nor a thing of the scene called ''; models are box"
-    >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, "my.model"))
+    >>> str(make_unknown_subject_error(["box"], {ArgumentKind.FACE: ["f1"]}, "my.model"))
     "'my.model' is a file of models: load it (--models FILE, :load FILE) and name a model"
     """
     if text.endswith(".model"):
@@ -151,12 +151,12 @@ def why_not(
         "near_misses": [miss.to_json(full=full) for miss in misses],
     }
     if not misses:
-        lines = nothing_near(session.base, scene, about.model)
+        lines = explain_nothing_near(session.base, scene, about.model)
     cut = bool(misses) and not full
     return Explanation(bool(misses), lines, data, cut=cut, verdicts=tuple(misses))
 
 
-def nothing_near(base: KnowledgeBase, scene: str, model: str) -> tuple[str, ...]:
+def explain_nothing_near(base: KnowledgeBase, scene: str, model: str) -> tuple[str, ...]:
     """Explain that nothing comes near, or why there is nothing at all."""
     found = base.why(scene, model)
     if not found.thing:
@@ -165,11 +165,11 @@ def nothing_near(base: KnowledgeBase, scene: str, model: str) -> tuple[str, ...]
 
 
 def _format_miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
-    return verdict.lines(full=True) if full else verdict.miss_lines()
+    return verdict.lines(full=True) if full else verdict.iter_miss_lines()
 
 
 def origin(session: Session, scene: str, name: str, *, full: bool = False) -> Explanation:
-    """Trace where something of a scene or a fact comes from; QueryError for another name."""
+    """Return trace where something of a scene or a fact comes from; QueryError for another name."""
     found = session.base.origin(scene, name)
     unit = session.base.scenes[scene].length_unit
     whole = tuple(found.lines(full=True, length_unit=unit))

@@ -156,11 +156,11 @@ def calls(text: str) -> tuple[Call, ...]:
     return (*closed, *(call for call in unfinished if call is not None))
 
 
-def call_at(text: str, place: int) -> tuple[str, int] | None:
+def find_call(text: str, place: int) -> tuple[str, int] | None:
     """Return the functor of the innermost call around a place, and which argument (from 0) is
     there.
 
-    >>> call_at("angle(f1, ", 10)
+    >>> find_call("angle(f1, ", 10)
     ('angle', 1)
     """
     _, stack = _scan(text[:place])

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 
 from facetlog.errors import FacetlogError
-from facetlog.query_shell.asking import Outcome, outcome_of
+from facetlog.query_shell.asking import Outcome, get_outcome
 from facetlog.query_shell.commands import run_command
 from facetlog.query_shell.goal_text import COMMAND, goals, split_goals
 from facetlog.query_shell.shell import Shell
@@ -22,7 +22,7 @@ def run_line(shell: Shell, line: str, *, where: str = "") -> Outcome:
         return execute(shell, line)
     except FacetlogError as exc:
         shell.screen.complain(exc, where=where)
-        return outcome_of(exc)
+        return get_outcome(exc)
 
 
 def execute(shell: Shell, line: str) -> Outcome:
@@ -35,10 +35,10 @@ def execute(shell: Shell, line: str) -> Outcome:
     if text.startswith(COMMAND):
         return run_command(shell, text.removeprefix(COMMAND))
     if text:
-        shell.screen.remark(*shell.session.changed_models())
+        shell.screen.remark(*shell.session.reload_changed_models())
     explain = _EXPLAIN.fullmatch(text)
     if explain is not None:
-        with shell.reporting(text):
+        with shell.report_errors_as_json(text):
             return shell.explain(explain.group(1) != "why", explain.group("about") or "", text)
     outcome = Outcome.YES
     for goal, _ in split_goals(text):

@@ -113,12 +113,12 @@ def _find_measure_kind(measure: Sequence[Token]) -> ArgumentKind | None:
     return None
 
 
-def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
+def make_height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
     """Explain each of several different heights in one table; a single one needs no note.
 
-    >>> height_notes(meanings("elevation(f1, A, _), top_of(t1, B, _)"))[0]
+    >>> make_height_notes(meanings("elevation(f1, A, _), top_of(t1, B, _)"))[0]
     'A is elevation: height of the middle of the face above the lowest point of its object'
-    >>> height_notes(meanings("elevation(f1, A, _), elevation(f2, B, _)"))
+    >>> make_height_notes(meanings("elevation(f1, A, _), elevation(f2, B, _)"))
     ()
     """
     named = {name: meaning.height for name, meaning in found.items() if meaning.height}
@@ -129,10 +129,11 @@ def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
     )
 
 
-def counted_in(goal: str, length: str) -> str:
+def find_counting_unit(goal: str, length: str) -> str:
     """Return the unit in which a goal with numbers and lengths or areas counts; empty for another.
 
-    >>> counted_in("elevation(F, H, _), H > 20", "m"), counted_in("elevation(F, H, _)", "m")
+    >>> height = "elevation(F, H, _)"
+    >>> find_counting_unit(f"{height}, H > 20", "m"), find_counting_unit(height, "m")
     ('m', '')
     """
     kinds = {meaning.kind for meaning in meanings(goal).values()}

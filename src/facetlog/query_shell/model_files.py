@@ -14,12 +14,12 @@ class Stamp:
     times: tuple[int, int, int]
     digest: bytes
 
-    def same_content(self, other: "Stamp") -> bool:
+    def has_same_content(self, other: "Stamp") -> bool:
         """Return whether both files have the same content."""
         return self.digest == other.digest
 
 
-def stamp_of(path: Path, before: Stamp | None = None) -> Stamp | None:
+def read_stamp(path: Path, before: Stamp | None = None) -> Stamp | None:
     """Return the stamp of a file, `before` if it is untouched; None if it cannot be read."""
     try:
         status = path.stat()

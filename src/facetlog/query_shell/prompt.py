@@ -20,7 +20,7 @@ from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import is_dumb_terminal
 
 from facetlog.errors import FacetlogError, InputError
-from facetlog.query_shell.completion import hint_at, proposals
+from facetlog.query_shell.completion import find_hint, proposals
 from facetlog.query_shell.goal_text import COMMAND, TokenKind, is_complete, tokens
 from facetlog.query_shell.lines import run_line
 from facetlog.query_shell.shell import Shell
@@ -50,7 +50,7 @@ _STYLES = {
 }
 
 
-def history_path() -> Path:
+def find_history_path() -> Path:
     """Return the path of the history file, by the XDG base directories."""
     folder = os.environ.get("XDG_STATE_HOME", "")
     state = Path(folder) if Path(folder).is_absolute() else Path.home() / ".local" / "state"
@@ -71,7 +71,7 @@ class _QuietHistory(FileHistory):
             return ()
 
 
-def history_at(path: Path) -> History:
+def open_history(path: Path) -> History:
     """Open the history in a file that only its owner may read, and make it if it is missing.
 
     In memory only, if that cannot be.
@@ -167,7 +167,7 @@ def _ends_with_blank_line(text: str) -> bool:
 def _make_toolbar(shell: Shell, prompt: "PromptSession[str]") -> str:
     buffer = prompt.default_buffer
     try:
-        hint = hint_at(shell, buffer.text, buffer.cursor_position)
+        hint = find_hint(shell, buffer.text, buffer.cursor_position)
     except FacetlogError:
         hint = ""
     return hint or f"{', '.join(shell.session.scenes) or 'no scene'} · :help explains"
@@ -203,7 +203,7 @@ def _make_line_reader(shell: Shell) -> Callable[[], str]:
     if is_dumb_terminal():
         return _read_plain_line
     prompt: PromptSession[str] = PromptSession(
-        history=history_at(history_path()),
+        history=open_history(find_history_path()),
         auto_suggest=AutoSuggestFromHistory(),
         completer=_Completer(shell),
         complete_while_typing=False,

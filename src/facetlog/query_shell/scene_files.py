@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from facetlog import __version__
 from facetlog.errors import InputError
 from facetlog.kb.loading.encode import Fact
-from facetlog.pictures_hint import hint_of_pictures
+from facetlog.pictures_hint import make_pictures_hint
 from facetlog.plain_text import plain_text
 from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 from facetlog.terminal import warn
@@ -71,10 +71,10 @@ class SceneFile:
     def scene(self) -> "Scene":
         """Read the scene itself; InputError as for `facts`."""
         from facetlog.perception.facts.most_faces import check_face_count
-        from facetlog.perception.surfaces.scene_file import scene_from_json
+        from facetlog.perception.surfaces.scene_file import decode_scene
 
         if self.data is not None:
-            scene = scene_from_json(self.data, str(self.path))
+            scene = decode_scene(self.data, str(self.path))
             if self.options is not None:
                 from facetlog.perception.shapes.read_shape import stated
 
@@ -96,7 +96,7 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
     inside = path / SCENE_FILE if path.is_dir() else path
     if is_raw_shape(path):
         return SceneFile(path, plain_text(path.stem or path.resolve().name), None, None, options)
-    if path.suffix not in ("", SUFFIX) and (hint := hint_of_pictures(path)):
+    if path.suffix not in ("", SUFFIX) and (hint := make_pictures_hint(path)):
         raise InputError(f"{path} holds no scene{hint}")
     try:
         data = read_regular(inside, MOST_SCENE_BYTES)
@@ -105,7 +105,7 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
             raise InputError(f"{path} does not exist: give a scene.json or its folder") from None
         raise InputError(
             f"{path} holds no {SCENE_FILE}: give a folder that -o wrote, or a scene file"
-            f"{hint_of_pictures(path)}"
+            f"{make_pictures_hint(path)}"
         ) from None
     except OSError as exc:
         raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc
@@ -128,9 +128,9 @@ def is_raw_shape(path: Path) -> bool:
         from facetlog.perception.reading.shape_files.clouds.colmap_model import find_colmap_model
 
         return not (path / SCENE_FILE).exists() and find_colmap_model(path) is not None
-    from facetlog.perception.shapes.shape_options import SUFFIXES, says_itself
+    from facetlog.perception.shapes.shape_options import SUFFIXES, is_scene_file
 
-    return path.suffix.lower() in SUFFIXES and not says_itself(path.name)
+    return path.suffix.lower() in SUFFIXES and not is_scene_file(path.name)
 
 
 def _read_name(data: bytes) -> str | None:
@@ -142,7 +142,7 @@ def _read_name(data: bytes) -> str | None:
     return name if isinstance(name, str) and name else None
 
 
-def with_distinct_names(
+def make_names_distinct(
     files: Sequence[SceneFile], taken: Collection[str] = ()
 ) -> tuple[SceneFile, ...]:
     """Return the files with distinct names, told apart by folder or file.
@@ -170,7 +170,7 @@ def _iter_names(file: SceneFile) -> Iterator[str]:
     yield from (f"{file.name}#{number}" for number in count(2))
 
 
-def scenes_and_goal(arguments: Sequence[str]) -> tuple[tuple[Path, ...], str | None]:
+def split_scenes_and_goal(arguments: Sequence[str]) -> tuple[tuple[Path, ...], str | None]:
     """Split arguments into the scenes and the goal, which is the last unless a file is called so.
 
     Raises InputError if there is no scene, or if the goal looks like a file that is not there.

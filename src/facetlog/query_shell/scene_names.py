@@ -37,7 +37,7 @@ def scene_names(
     return found
 
 
-def names_of_kind(
+def list_names_of_kind(
     names: Mapping[ArgumentKind, tuple[str, ...]], kind: ArgumentKind
 ) -> tuple[str, ...]:
     """Return the names that an argument of this kind may have; a mixed kind has those of all its

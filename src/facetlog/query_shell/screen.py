@@ -132,10 +132,10 @@ def _wrap(line: str, console: Console) -> str:
     )
 
 
-def place_of(error: QueryError) -> tuple[int, int]:
+def find_fault_place(error: QueryError) -> tuple[int, int]:
     """Return where in its text the fault is; all of the text if the error does not say.
 
-    >>> place_of(QueryError("", text="X is 1/0"))
+    >>> find_fault_place(QueryError("", text="X is 1/0"))
     (0, 8)
     """
     start = min(max(error.start, 0), len(error.text))
@@ -156,7 +156,7 @@ def underlined(error: QueryError) -> list[str]:
     text = error.text
     if not text.strip():
         return []
-    start, end = place_of(error)
+    start, end = find_fault_place(error)
     # A fault at the very end is where something is missing, not on an empty line below.
     while start == end == len(text) and start > 0 and text[start - 1] == "\n":
         start = end = len(text := text[:-1])

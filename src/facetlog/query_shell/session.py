@@ -12,10 +12,10 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.loaded import RuleFile
 from facetlog.kb.loading.rule_source import RULE_SUFFIXES
-from facetlog.kb.recognize import rule_files, rules_in
+from facetlog.kb.recognize import list_rule_files, rule_files
 from facetlog.query_shell.meanings import length_unit
-from facetlog.query_shell.model_files import Stamp, stamp_of
-from facetlog.query_shell.scene_files import SCENE_FILE, SceneFile, scene_file, with_distinct_names
+from facetlog.query_shell.model_files import Stamp, read_stamp
+from facetlog.query_shell.scene_files import SCENE_FILE, SceneFile, make_names_distinct, scene_file
 from facetlog.terminal import error_lines
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class Session(Closing):
         places = {file.path.resolve(): name for name, file in self._scenes.items()}
         found = [scene_file(path, self._options) for path in paths]
         fresh = {f.path.resolve(): f for f in found if f.path.resolve() not in places}
-        named = with_distinct_names(tuple(fresh.values()), self._scenes)
+        named = make_names_distinct(tuple(fresh.values()), self._scenes)
         for file in found:
             if (name := places.get(file.path.resolve())) is not None:
                 named += (replace(file, name=name),)
@@ -127,7 +127,7 @@ class Session(Closing):
         """
         loaded: list[str] = []
         for path in rule_files(paths):
-            stamp = stamp_of(path)
+            stamp = read_stamp(path)
             base = self.base
             rules = base.load_rules(path, trusted=self.trust)
             loaded.extend(rules.models)
@@ -142,13 +142,13 @@ class Session(Closing):
     def load(self, path: Path) -> str:
         """Load a scene or models, whichever the path holds, and return a line about it."""
         # A folder written by -o holds facts.pl beside its scene.
-        models = any(rules_in(path)) and not (path / SCENE_FILE).exists()
+        models = any(list_rule_files(path)) and not (path / SCENE_FILE).exists()
         if path.suffix in RULE_SUFFIXES or models:
             return f"loaded the models {', '.join(self.load_models([path]))}"
         (file,) = self.load_scenes([path])
         return f"loaded the scene {file.name} ({self.base.scenes[file.name].facts:,} facts)"
 
-    def changed_models(self) -> tuple[str, ...]:
+    def reload_changed_models(self) -> tuple[str, ...]:
         """Load again every model file whose content has changed; return a line about each.
 
         Of a faulty file the old version stays in force. It is said once.
@@ -160,7 +160,7 @@ class Session(Closing):
         )
 
     def _refresh(self, path: Path, before: Stamps) -> tuple[str, ...]:
-        now = {file: stamp_of(file, stamp) for file, stamp in before.items()}
+        now = {file: read_stamp(file, stamp) for file, stamp in before.items()}
         if all(now[file] is stamp for file, stamp in before.items()):
             return ()
         self._models[path] = now
@@ -177,7 +177,7 @@ class Session(Closing):
         return (f"{why} changed: loaded again",)
 
     def _reload_models(self, path: Path) -> None:
-        stamp = stamp_of(path)
+        stamp = read_stamp(path)
         rules = self.base.load_rules(path, trusted=self.trust)
         self._models[path] = _read_stamps(rules) | {path: stamp}
         self.generation += 1
@@ -190,7 +190,7 @@ class Session(Closing):
         problems: list[str] = []
         for path in tuple(self._models):
             # Faults are reported here, and not once more when the file is found to have changed.
-            self._models[path] = {file: stamp_of(file) for file in self._models[path]}
+            self._models[path] = {file: read_stamp(file) for file in self._models[path]}
             try:
                 self._reload_models(path)
             except InputError as exc:
@@ -204,13 +204,13 @@ class Session(Closing):
 
 
 def _read_stamps(rules: RuleFile) -> Stamps:
-    return {file: stamp_of(file) for file in rules.files}
+    return {file: read_stamp(file) for file in rules.files}
 
 
 def _is_same(one: Stamp | None, other: Stamp | None) -> bool:
     if one is None or other is None:
         return one is other
-    return one.same_content(other)
+    return one.has_same_content(other)
 
 
 def _explain_kept_version(fault: InputError) -> tuple[str, ...]:

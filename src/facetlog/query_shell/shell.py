@@ -22,16 +22,16 @@ from facetlog.query_shell.explaining import (
     About,
     Explanation,
     is_origin,
+    make_unknown_subject_error,
     origin,
-    parts_given,
-    unknown_subject,
+    parse_parts,
     why,
     why_not,
 )
 from facetlog.query_shell.scene_names import scene_names
 from facetlog.query_shell.screen import Screen
 from facetlog.query_shell.session import Session
-from facetlog.query_shell.words import all_words
+from facetlog.query_shell.words import list_words
 
 MISSES = 5
 """Near misses that why_not shows."""
@@ -66,7 +66,7 @@ class Shell:
 
     def ask(self, goal: str) -> Outcome:
         """Show the answers to a goal. Raise FacetlogError if it cannot be asked."""
-        with self.reporting(goal):
+        with self.report_errors_as_json(goal):
             if self.at_prompt and goal in _LEAVING:
                 raise InputError("to leave the shell: :quit, or Ctrl-D")
             if not self.session.scenes:
@@ -86,7 +86,7 @@ class Shell:
         return write_answers(self.session, self.screen, goal, limit=limit, line=self.line)
 
     @contextmanager
-    def reporting(self, asked: str) -> Iterator[None]:
+    def report_errors_as_json(self, asked: str) -> Iterator[None]:
         """Write an error raised inside also as a line of JSON, where answers are JSON."""
         try:
             yield
@@ -147,14 +147,16 @@ class Shell:
         models = self.session.base.models
         if words[0] in models:
             thing = words[1] if len(words) > 1 and "=" not in words[1] else None
-            parts = parts_given(words[2 if thing else 1 :])
+            parts = parse_parts(words[2 if thing else 1 :])
             about = About(words[0], thing, parts)
             if negative:
                 return lambda scene: why_not(self.session, scene, about, count=MISSES, full=full)
             return lambda scene: why(self.session, scene, about, full=full)
         if not negative and is_origin(self.names, text):
             return lambda scene: origin(self.session, scene, text, full=full)
-        raise unknown_subject(models, {} if negative or len(words) > 1 else self.names, words[0])
+        raise make_unknown_subject_error(
+            models, {} if negative or len(words) > 1 else self.names, words[0]
+        )
 
     @property
     def names(self) -> Mapping[ArgumentKind, tuple[str, ...]]:
@@ -171,5 +173,5 @@ class Shell:
     def _update_names(self) -> None:
         if self._known != self.session.generation:
             self._names = scene_names(self.session.base, self.session.scenes)
-            self._words = all_words(self.session.base.words())
+            self._words = list_words(self.session.base.words())
             self._known = self.session.generation

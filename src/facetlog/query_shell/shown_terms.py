@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
-from facetlog.kb.engine.terms import Atom, Struct, Term, Var, term_text
+from facetlog.kb.engine.terms import Atom, Struct, Term, Var, format_prolog_term
 
 # Names that need no quotation marks: words that begin with a small letter, symbols, and a few more.
 _PLAIN = re.compile(r"[^\W\d_A-Z]\w*|[-+*/\\^<>=~:.?@#&$]+|\[\]|!|;|\{\}")
@@ -64,8 +64,8 @@ def _format_term(term: Term, most: int) -> str:
         case tuple():
             return f"[{_join_terms(term)}]"
         case int() | float() if most < ARGUMENT and term < 0:
-            return f"({term_text(term)})"
-    return term_text(term)
+            return f"({format_prolog_term(term)})"
+    return format_prolog_term(term)
 
 
 def _join_terms(terms: Iterable[Term]) -> str:
@@ -73,14 +73,14 @@ def _join_terms(terms: Iterable[Term]) -> str:
 
 
 def _format_name(atom: Atom) -> str:
-    return atom.name if _PLAIN.fullmatch(atom.name) else term_text(atom)
+    return atom.name if _PLAIN.fullmatch(atom.name) else format_prolog_term(atom)
 
 
-def term_json(term: Term) -> Any:
+def convert_term(term: Term) -> Any:
     """Convert a term to plain data: numbers and lists as such, atoms as text, all else as an
     object.
 
-    >>> term_json((Atom("f1"), 2, Struct("-", (Atom("a"), "text"))))
+    >>> convert_term((Atom("f1"), 2, Struct("-", (Atom("a"), "text"))))
     ['f1', 2, {'functor': '-', 'args': ['a', {'string': 'text'}]}]
     """
     match term:
@@ -97,6 +97,6 @@ def term_json(term: Term) -> Any:
         case Var(name):
             return {"variable": name}
         case Struct(functor, args):
-            return {"functor": functor, "args": [term_json(arg) for arg in args]}
+            return {"functor": functor, "args": [convert_term(arg) for arg in args]}
         case tuple():
-            return [term_json(item) for item in term]
+            return [convert_term(item) for item in term]

@@ -11,7 +11,7 @@ from fractions import Fraction
 from rich.cells import cell_len, set_cell_size
 
 from facetlog.kb.engine.terms import Atom, Term
-from facetlog.kb.explaining.amounts import Unit, amount, suiting, with_unit
+from facetlog.kb.explaining.amounts import Unit, amount, choose_unit_for, format_with_unit
 from facetlog.query_shell.meanings import Meaning, unit
 from facetlog.query_shell.shown_terms import shown, visible
 
@@ -97,9 +97,9 @@ class Table:
         """Format the values of one row, each with its unit."""
         rows = self._convert_units([row])
         texts = (self._format_column(i, rows)[0] for i in range(len(self.names)))
-        return tuple(map(with_unit, texts, (unit.name for unit in self._units)))
+        return tuple(map(format_with_unit, texts, (unit.name for unit in self._units)))
 
-    def unit_notes(self) -> Iterator[str]:
+    def iter_unit_notes(self) -> Iterator[str]:
         """Say of each unit that was chosen for the table what a goal counts in."""
         pairs = {u.name: (u.size, given) for u, given in zip(self._units, self._given, strict=True)}
         for name, (size, given) in pairs.items():
@@ -117,7 +117,7 @@ class Table:
         """Convert lengths and areas to the table's units, which the first rows determine."""
         if not self._units:
             of_sign = {
-                sign: suiting(
+                sign: choose_unit_for(
                     sign,
                     *(
                         value

@@ -7,19 +7,19 @@ from facetlog.kb.loading.loaded import Word
 from facetlog.perception.facts.fact_schema import FACT_KINDS, FACT_SCHEMA, FactKind
 
 
-def all_words(known: Iterable[Word]) -> tuple[Word, ...]:
+def list_words(known: Iterable[Word]) -> tuple[Word, ...]:
     """Return the words that the knowledge base knows, first facts as the schema describes them.
 
     A measure or relation that is called as its fact is left to the fact.
     """
     facts = tuple(
-        Word(kind.functor, kind.arity, "fact", fact_signature(kind), plain(kind.meaning))
+        Word(kind.functor, kind.arity, "fact", format_fact_signature(kind), plain(kind.meaning))
         for kind in FACT_SCHEMA
     )
     return (*facts, *(word for word in known if word.kind != "fact"))
 
 
-def fact_signature(kind: FactKind) -> str:
+def format_fact_signature(kind: FactKind) -> str:
     """Return the fact with the names of its arguments: `angle(F1, F2, Angle, Sd)`."""
     return f"{kind.functor}({', '.join(argument.name for argument in kind.arguments)})"
 

@@ -27,11 +27,11 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from scipy.spatial.transform import Rotation
 
-from facetlog.errors import InputError, missing_extra
+from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 from facetlog.recordings.moments import Moment
-from facetlog.recordings.on_scene import face_loops, verdict_places
+from facetlog.recordings.on_scene import find_verdict_places, iter_face_loops
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pioneer.state import OdometryCovariance
 from facetlog.robot.pose2 import Pose2
@@ -46,7 +46,7 @@ try:
     from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
     from rosbags.typesys import Stores, get_typestore
 except ModuleNotFoundError as exc:
-    raise missing_extra("an MCAP recording", "rosbags", "mcap") from exc
+    raise make_missing_extra_error("an MCAP recording", "rosbags", "mcap") from exc
 
 __all__ = ["SUFFIX", "McapRecording", "checked_mcap"]
 
@@ -223,7 +223,7 @@ class McapRecording:
         markers = [self._ros.clear_markers(at)]
         if self._scene is None:
             return markers
-        for number, (face, loop) in enumerate(face_loops(self._scene)):
+        for number, (face, loop) in enumerate(iter_face_loops(self._scene)):
             outline = (*loop, loop[0])
             points = [self._ros.point(p) for p in outline]
             colour = MEASURED if face.evidence is Evidence.MEASURED else IMPLIED
@@ -237,7 +237,9 @@ class McapRecording:
         if self._scene is None or self._recognition is None:
             return markers
         kind, size = TEXT_VIEW_FACING, TEXT_HEIGHT
-        for number, (said, middle) in enumerate(verdict_places(self._scene, self._recognition)):
+        for number, (said, middle) in enumerate(
+            find_verdict_places(self._scene, self._recognition)
+        ):
             markers.append(
                 self._ros.marker(at, "verdicts", number, kind, INK, size, text=said, place=middle)
             )

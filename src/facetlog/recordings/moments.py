@@ -23,7 +23,7 @@ from facetlog.robot.collecting.record import (
     read_record,
     read_robot_tum,
 )
-from facetlog.robot.collecting.run_sessions import Run, runs_of
+from facetlog.robot.collecting.run_sessions import Run, list_runs
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
@@ -54,7 +54,9 @@ class CandidateView:
         return f"may turn {self.mass:.2f} verdicts, in {self.seconds:.0f} s"
 
 
-def candidate_views(lines: Sequence[Mapping[str, object]], name: str) -> tuple[CandidateView, ...]:
+def read_candidate_views(
+    lines: Sequence[Mapping[str, object]], name: str
+) -> tuple[CandidateView, ...]:
     """Return the views among which one was chosen; none for a tour or the first view."""
     rows: object = next(
         (
@@ -128,7 +130,7 @@ def read_moment(
     taken = next((view for view in views if view.name == name), None)
     if taken is None:
         return None
-    runs = runs_of(log, folder)
+    runs = list_runs(log, folder)
     run = next((run for run in reversed(runs) if run.began <= taken.time), runs[0])
     path = folder / WAY_FILE
     way = read_robot_tum(path) if path.is_file() else []
@@ -139,16 +141,16 @@ def read_moment(
     return Moment(
         taken,
         picture,
-        recorded_optics(folder),
+        read_recorded_optics(folder),
         run,
         tuple((at, place) for at, place in way if since < at <= taken.time),
         scene,
         recognition,
-        candidate_views(log, name),
+        read_candidate_views(log, name),
     )
 
 
-def recorded_optics(folder: Path) -> Optics:
+def read_recorded_optics(folder: Path) -> Optics:
     """Return the camera of a collection's transforms.json; InputError if it holds none."""
     path = folder / TRANSFORMS_FILE
     try:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from facetlog.perception.scene import Face, Scene
 
 
-def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
+def iter_face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
     """Yield each face of a scene with the points (n, 3) of its outline."""
     points = scene.points
     for face in scene.faces:
@@ -28,7 +28,7 @@ def outlined(
 
     Of a verdict without such faces those of all faces.
     """
-    loops = {f"f{i}": loop for i, (_, loop) in enumerate(face_loops(scene), start=1)}
+    loops = {f"f{i}": loop for i, (_, loop) in enumerate(iter_face_loops(scene), start=1)}
     found = []
     for verdict in recognition.best:
         named = {f: loops[f] for part in verdict.parts for f in part.faces if f in loops}
@@ -37,7 +37,7 @@ def outlined(
     return tuple(found)
 
 
-def verdict_places(
+def find_verdict_places(
     scene: "Scene", recognition: "Recognition"
 ) -> tuple[tuple[str, FloatArray], ...]:
     """Return what holds, in a line each, and the middle (3,) of its faces' corners.

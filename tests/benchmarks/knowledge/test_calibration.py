@@ -9,13 +9,13 @@ import pytest
 
 from benchmarks.common import Settings, text
 from benchmarks.knowledge import calibration_scenes
-from benchmarks.knowledge.calibration import Judged, chance_error, judged, report, write
+from benchmarks.knowledge.calibration import Judged, estimate_chance_error, judged, report, write
 from benchmarks.knowledge.calibration_scenes import (
     LABELS,
     OPEN,
     LabelledScene,
-    main_thing,
-    tour_scene,
+    find_main_thing,
+    load_tour_scene,
     truth,
 )
 from benchmarks.pictures.recognition import tour_views
@@ -37,7 +37,7 @@ def facts_of(scene: Scene) -> tuple[Fact, ...]:
 
 def exact(world: str, builder: str) -> LabelledScene:
     facts = facts_of(build(builder, {}))
-    return LabelledScene(world, f"tour of {world}", facts, main_thing(facts))
+    return LabelledScene(world, f"tour of {world}", facts, find_main_thing(facts))
 
 
 @pytest.fixture(scope="module")
@@ -81,9 +81,9 @@ def test_the_main_thing_is_the_one_of_the_largest_faces() -> None:
     for scenes in ((small, build("cuboid", {})), (build("cuboid", {}), small)):
         facts = facts_of(together(*scenes))
         (larger,) = (f[1] for f in facts if f[0] == "thing_size" and float(f[2]) > 0.1)
-        assert main_thing(facts) == larger
-    assert main_thing([("thing", "t2"), ("thing", "t1")]) == "t1"
-    assert main_thing([("scene", "s")]) is None
+        assert find_main_thing(facts) == larger
+    assert find_main_thing([("thing", "t2"), ("thing", "t1")]) == "t1"
+    assert find_main_thing([("scene", "s")]) is None
 
 
 @pytest.fixture
@@ -105,15 +105,15 @@ def reconstructed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[float
 def test_facts_are_kept_by_world_and_seed_and_code(
     reconstructed: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tour_scene("tables", 3)
-    tour_scene("tables", 4)
+    load_tour_scene("tables", 3)
+    load_tour_scene("tables", 4)
     made = calibration_scenes.make_world
     monkeypatch.setattr(
         calibration_scenes, "make_world", lambda *a: replace(made(*a), exposure=1.0)
     )
-    tour_scene("tables", 3)
+    load_tour_scene("tables", 3)
     monkeypatch.setattr(calibration_scenes, "_code", lambda _: "another")
-    tour_scene("tables", 3)
+    load_tour_scene("tables", 3)
     assert len(reconstructed) == 4
 
 
@@ -146,10 +146,10 @@ def test_the_report_counts_scenes_sources_and_samples(found: Judged) -> None:
 
 def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() -> None:
     # Of one bin: the mean of |binomial share - p|, sqrt(2 p (1 - p) / (pi n)) for many.
-    few, many = chance_error([0.3] * 100), chance_error([0.3] * 400)
+    few, many = estimate_chance_error([0.3] * 100), estimate_chance_error([0.3] * 400)
     assert few == pytest.approx((2 * 0.21 / (math.pi * 100)) ** 0.5, rel=0.05)
     assert many == pytest.approx(few / 2, rel=0.1)
-    assert chance_error([0.0, 1.0]) == 0.0
+    assert estimate_chance_error([0.0, 1.0]) == 0.0
 
 
 def test_what_is_written_is_the_calibration(found: Judged, tmp_path: Path) -> None:

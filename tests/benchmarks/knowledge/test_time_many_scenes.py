@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.knowledge.time_many_scenes import WANTED_MB, classified, digest, scene_list
+from benchmarks.knowledge.time_many_scenes import WANTED_MB, classified, digest, write_scene_list
 
 SCENES = 300
 
@@ -14,7 +14,7 @@ def listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     if not Path("/proc/self/statm").exists():
         pytest.skip("processes are found by /proc")
-    return scene_list(tmp_path, SCENES)
+    return write_scene_list(tmp_path, SCENES)
 
 
 @pytest.mark.slow

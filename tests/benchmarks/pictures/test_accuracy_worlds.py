@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.pictures.accuracy_worlds import Surface, areas, true_surface
+from benchmarks.pictures.accuracy_worlds import Surface, areas, sample_true_surface
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
@@ -15,7 +15,7 @@ SQUARE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0,
 
 def surface_of(world: World) -> Surface:
     image = np.zeros((CAMERA.height, CAMERA.width), np.uint8)
-    return true_surface(world, [View("", image, CAMERA, pose) for pose in tour_poses()])
+    return sample_true_surface(world, [View("", image, CAMERA, pose) for pose in tour_poses()])
 
 
 @pytest.fixture(scope="module")

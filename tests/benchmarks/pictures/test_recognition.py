@@ -6,14 +6,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.pictures.recognition import Shape, score, true_block
+from benchmarks.pictures.recognition import Shape, get_true_block, score
 from facetlog.perception.scene import Edge, Face, Plane, Scene, Vertex
 from facetlog.perception.types import FloatArray
-from facetlog.robot.rendering.views import Similarity, random_similarity
+from facetlog.robot.rendering.views import Similarity, draw_similarity
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_poses
 
-SHAPE = true_block(make_world("block"))
+SHAPE = get_true_block(make_world("block"))
 CENTRES = np.array([pose.centre for pose in tour_poses()])
 SD = 0.01
 
@@ -48,7 +48,7 @@ def test_an_exact_scene_has_everything_and_no_error() -> None:
 @settings(max_examples=25)  # the time of an example depends on what else runs
 @given(st.integers(0, 2**31), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_a_score_does_not_depend_on_frame_or_scale(seed: int, scale: float) -> None:
-    frame: Similarity = random_similarity(np.random.default_rng(seed), scale=scale, reach=scale)
+    frame: Similarity = draw_similarity(np.random.default_rng(seed), scale=scale, reach=scale)
     rng = np.random.default_rng(seed)
     off = replace(SHAPE, vertices=SHAPE.vertices + SD * rng.normal(size=SHAPE.vertices.shape))
 

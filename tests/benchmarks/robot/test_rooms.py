@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import shapely
 
-from benchmarks.knowledge.calibration_scenes import world_truth
-from benchmarks.robot.accuracy_map import off_truth, shared_plan
+from benchmarks.knowledge.calibration_scenes import get_world_truth
+from benchmarks.robot.accuracy_map import compute_shared_plan, measure_pose_error
 from benchmarks.robot.rooms import APART, FEWEST, MOST, make_room
 from facetlog.mapping.same_thing import merged
 from tests.mapping.rooms import box_thing
@@ -24,7 +24,7 @@ def test_a_room_has_four_to_eight_things_between_which_a_robot_passes(seed: int)
     x, y, width, height = room.area
     inside = shapely.box(x, y, x + width, y + height)
     assert all(inside.contains(thing.plan) for thing in room.things)
-    assert all(world_truth(thing.kind, "pyramid") is not None for thing in room.things)
+    assert all(get_world_truth(thing.kind, "pyramid") is not None for thing in room.things)
     again = make_room(seed)
     assert [t.box.values.tolist() for t in again.things] == [
         t.box.values.tolist() for t in room.things
@@ -37,10 +37,10 @@ def test_a_pose_is_compared_with_the_true_one_as_often_as_it_looks_the_same() ->
     x, y, heading, length, width = true.box.values.tolist()
     for turn in (0.0, math.pi):
         (found,), _ = merged([box_thing(x, y, heading + turn, (length, width, true.height))])
-        distance, (off, turned) = off_truth(true, found)
+        distance, (off, turned) = measure_pose_error(true, found)
         assert distance == pytest.approx(0.0, abs=1e-3)
         assert (off, turned) == (pytest.approx(0.0, abs=1e-6), pytest.approx(0.0, abs=1e-6))
-        assert shared_plan(found, true) == pytest.approx(1.0, abs=0.1)
+        assert compute_shared_plan(found, true) == pytest.approx(1.0, abs=0.1)
     (aside,), _ = merged([box_thing(x + 3.0, y, heading)])
-    assert shared_plan(aside, true) == 0.0
-    assert np.isfinite(off_truth(true, aside)[0])
+    assert compute_shared_plan(aside, true) == 0.0
+    assert np.isfinite(measure_pose_error(true, aside)[0])

@@ -3,9 +3,9 @@
 import pytest
 
 from benchmarks.shapes.accuracy_plain import FOLDER, TEXTS, recall
-from benchmarks.shapes.accuracy_shapes import own_tasks
+from benchmarks.shapes.accuracy_shapes import list_own_tasks
 from benchmarks.shapes.own_shapes import KINDS
-from benchmarks.shapes.shape_judging import Judged, Task, judged_by
+from benchmarks.shapes.shape_judging import Judged, Task, judge_task
 from facetlog.kb.batch_judge import BatchJudge
 
 
@@ -31,8 +31,8 @@ def test_each_text_knows_a_table_on_four_legs_and_a_plain_box() -> None:
     names = {"plain box": "box", "table on square legs": "table"}
     judges = [BatchJudge((FOLDER / f"{text}.model",)) for text in TEXTS]
     for name, label in names.items():
-        (task,) = own_tasks([number[name]])
-        for text, one in zip(TEXTS, judged_by(task, judges), strict=True):
+        (task,) = list_own_tasks([number[name]])
+        for text, one in zip(TEXTS, judge_task(task, judges), strict=True):
             assert recall([one], label).hits == 1, (text, name)
     for judge in judges:
         judge.close()

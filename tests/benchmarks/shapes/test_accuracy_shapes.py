@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.common import data_set
-from benchmarks.shapes.accuracy_shapes import file_tasks, own_tasks
+from benchmarks.common import find_data_set
+from benchmarks.shapes.accuracy_shapes import list_file_tasks, list_own_tasks
 from benchmarks.shapes.own_shapes import KINDS
-from benchmarks.shapes.shape_judging import Judged, Task, confusion, is_held_out, judged_by
+from benchmarks.shapes.shape_judging import Judged, Task, confusion, is_held_out, judge_task
 from facetlog.kb.batch_judge import BatchJudge
 
 NUMBER = {name: number for number, (name, _, _) in enumerate(KINDS)}
@@ -22,7 +22,7 @@ def judge() -> Iterator[BatchJudge]:
 
 @pytest.fixture(scope="module")
 def folder() -> Path:
-    found = data_set("shapes")
+    found = find_data_set("shapes")
     if isinstance(found, str):
         pytest.skip(found)
     return found
@@ -73,13 +73,13 @@ def test_halves_are_about_as_large_and_do_not_change() -> None:
     ],
 )
 def test_own_shape_is_answered_right(judge: BatchJudge, name: str, answer: str) -> None:
-    (task,) = own_tasks([NUMBER[name]])
-    (found,) = judged_by(task, (judge,))
+    (task,) = list_own_tasks([NUMBER[name]])
+    (found,) = judge_task(task, (judge,))
     assert found.answered == answer
 
 
 def test_folder_has_upright_meshes_their_clouds_and_scans(folder: Path) -> None:
-    tasks = file_tasks(folder)
+    tasks = list_file_tasks(folder)
     assert [t.name for t in tasks["meshes"]] == [t.name for t in tasks["clouds"]]
     assert {t.label for t in tasks["scans"]} == {"box", "cylindric_object"}
     assert all(t.up is not None for some in tasks.values() for t in some)

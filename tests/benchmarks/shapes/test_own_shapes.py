@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from benchmarks.shapes.own_boxes import BOXES, LEAST_SIDE
-from benchmarks.shapes.own_shapes import KINDS, OWN_SHAPES, own_shape
+from benchmarks.shapes.own_shapes import KINDS, OWN_SHAPES, make_own_shape
 from facetlog.perception.types import FloatArray
 
 # What lies on a box's faces sticks out by this share of its shortest side at most.
@@ -14,13 +14,13 @@ DETAIL = 0.03
 
 def upright(seed: int) -> FloatArray:
     """The vertices of a shape in a frame in which up is z and its plan lies along its longest."""
-    own = own_shape(seed)
+    own = make_own_shape(seed)
     across = np.linalg.svd(own.up[None, :])[2][1:]
     return np.asarray(own.vertices @ np.vstack([across, own.up]).T)
 
 
 def test_a_seed_gives_the_same_shape_and_others_another() -> None:
-    one, again, other = own_shape(7), own_shape(7), own_shape(7 + len(KINDS))
+    one, again, other = make_own_shape(7), make_own_shape(7), make_own_shape(7 + len(KINDS))
     np.testing.assert_array_equal(one.vertices, again.vertices)
     assert one.name == other.name
     assert np.ptp(one.vertices, axis=0) != pytest.approx(np.ptp(other.vertices, axis=0))

@@ -3,7 +3,7 @@
 import pytest
 
 from facetlog.errors import EngineError
-from facetlog.kb.engine.terms import Atom, Struct, Term, Var, decode_terms, term_text
+from facetlog.kb.engine.terms import Atom, Struct, Term, Var, decode_terms, format_prolog_term
 from facetlog.kb.knowledge_base import KnowledgeBase
 
 
@@ -36,7 +36,7 @@ def test_atoms_strings_lists_and_variables_are_told_apart(base: KnowledgeBase) -
 
 def test_term_text_refuses_what_is_no_variable() -> None:
     with pytest.raises(ValueError, match="no name of a Prolog variable"):
-        term_text(Var("x), halt"))
+        format_prolog_term(Var("x), halt"))
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.kb.explaining.amounts import deviation, measured, suiting
+from facetlog.kb.explaining.amounts import choose_unit_for, deviation, measured
 from facetlog.kb.explaining.proof import Comparison, State, Within
 
 SIZES = st.floats(min_value=1e-4, max_value=1e3)
@@ -36,12 +36,12 @@ SIZES = st.floats(min_value=1e-4, max_value=1e3)
 def test_the_unit_of_numbers_that_stand_together(
     unit: str, values: tuple[float, ...], expected: str
 ) -> None:
-    assert suiting(unit, *values).name == expected
+    assert choose_unit_for(unit, *values).name == expected
 
 
 @given(value=SIZES, sd=SIZES)
 def test_sizes_of_things_have_no_exponent_and_keep_their_value(value: float, sd: float) -> None:
-    unit = suiting("m", value, sd)
+    unit = choose_unit_for("m", value, sd)
     number, spread = measured(unit.of(value), sd / unit.size), deviation(value, sd / unit.size)
     assert "e" not in number + spread
     assert float(number) * unit.size == pytest.approx(value, rel=6e-4, abs=sd)

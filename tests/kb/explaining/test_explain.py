@@ -89,8 +89,8 @@ def test_no_deviation_claims_no_number_of_them(tmp_path: Path) -> None:
 
 def standing(verdict: Verdict) -> tuple[int, int]:
     return (
-        -len(verdict.conditions_that(State.HOLDS)),
-        len(verdict.conditions_that(State.FAILS)),
+        -len(verdict.list_conditions_in_state(State.HOLDS)),
+        len(verdict.list_conditions_in_state(State.FAILS)),
     )
 
 
@@ -122,7 +122,7 @@ def test_near_misses_come_with_the_most_that_holds_first(facts_of: Build) -> Non
     assert [standing(v) for v in misses] == sorted(map(standing, misses))
     assert len({v.parts for v in misses}) == 6
     assert misses[0].parts[0].faces == ("f1",)
-    assert [c.label for c in misses[0].conditions_that(State.FAILS)] == ["no_back"]
+    assert [c.label for c in misses[0].list_conditions_in_state(State.FAILS)] == ["no_back"]
 
 
 def test_given_parts_are_judged_even_if_no_candidate_has_them(facts_of: Build) -> None:

@@ -95,7 +95,7 @@ def test_what_the_least_change_would_turn_is_told_first() -> None:
     open_one = Condition("open", "", Proof(UNKNOWN, 0, 1, "level(f2)", Note("fact", "unknown")))
     good = Condition("good", "", compared("share(f2)", 0.9, 0.5))
     verdict = verdict_of(hopeless, open_one, far, near, good, parts=(Part("a", ("f1",)),))
-    assert [line.split()[:2] for line in verdict.miss_lines()][1:] == [
+    assert [line.split()[:2] for line in verdict.iter_miss_lines()][1:] == [
         ["-", "near"],
         ["-", "far"],
         ["-", "hopeless"],
@@ -104,7 +104,7 @@ def test_what_the_least_change_would_turn_is_told_first() -> None:
     ]
     head, _, *lines = verdict.lines()
     assert head.startswith("t1 is no slab; fails: near – fill(f1) = 48 ± 1 %, needs")
-    assert lines[1:] == list(verdict.miss_lines())[1:]
+    assert lines[1:] == list(verdict.iter_miss_lines())[1:]
 
 
 def test_what_leaves_several_conditions_open_is_said_once() -> None:
@@ -113,7 +113,7 @@ def test_what_leaves_several_conditions_open_is_said_once() -> None:
         return Condition(label, "", Proof(UNKNOWN, 0, 1, "level(f1)", note))
 
     conditions = (open_of("level", "up"), open_of("high", "scale"), open_of("room", "up"))
-    assert list(verdict_of(*conditions, parts=(Part("a", ("f1",)),)).miss_lines()) == [
+    assert list(verdict_of(*conditions, parts=(Part("a", ("f1",)),)).iter_miss_lines()) == [
         "t1 may be a slab with a = f1: 3 of 3 conditions are unknown",
         "  ? level and room: not known, because which way is up was not given",
         "  ? high – tilt(f1) is not known, because the scale was not given",

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from facetlog.errors import EngineError
 from facetlog.kb.engine.terms import Atom, Term
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.loading.encode import Fact, fact_text
-from facetlog.kb.loading.fact_columns import facts_request
+from facetlog.kb.loading.encode import Fact, format_fact_clause
+from facetlog.kb.loading.fact_columns import build_facts_request
 
 NAMES = st.text(st.characters(exclude_categories=["Cs", "Co"]), max_size=6) | st.sampled_from(
     ["", "\x1f", "\0", "\n", "[]", "f1", "😀", "'", "\\"]
@@ -61,9 +61,9 @@ def test_a_fact_that_the_schema_lacks_is_named(base: KnowledgeBase, fact: Fact, 
 def test_a_number_that_is_none_is_refused(number: float) -> None:
     fact: Fact = ("area", "f1", number, 0.0)
     with pytest.raises(ValueError, match="area"):
-        fact_text(fact)
+        format_fact_clause(fact)
     with pytest.raises(ValueError, match="area"):
-        facts_request("s", [fact])
+        build_facts_request("s", [fact])
 
 
 @pytest.mark.parametrize(
@@ -71,9 +71,9 @@ def test_a_number_that_is_none_is_refused(number: float) -> None:
 )
 def test_what_is_no_fact_is_refused(fact: Fact) -> None:
     with pytest.raises(TypeError):
-        fact_text(fact)
+        format_fact_clause(fact)
     with pytest.raises(TypeError):
-        facts_request("s", [fact])
+        build_facts_request("s", [fact])
 
 
 def test_no_text_becomes_a_goal(base: KnowledgeBase) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from facetlog.errors import EngineError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.facts_on_demand import facts_text
+from facetlog.kb.loading.facts_on_demand import encode_facts
 
 NAMES = st.lists(st.text(st.characters(exclude_categories=["Cs"]), max_size=3), max_size=6)
 VALUES = st.floats(-1e6, 1e6).map(lambda x: x + 0.0)
@@ -68,7 +68,9 @@ def test_only_floats_of_each_two_names_become_a_matrix() -> None:
     twice: list[Fact] = [*each[:-1], ("x", "y", 1.0)]
 
     def header(rows: list[Fact]) -> str:
-        return facts_text("s", {("overlap", 3): tuple(zip(*rows, strict=True))}).partition("\n")[0]
+        return encode_facts("s", {("overlap", 3): tuple(zip(*rows, strict=True))}).partition("\n")[
+            0
+        ]
 
     assert "matrices(3,5,['overlap'-3])" in header(each)
     for rows in (integer, twice, each[:-1], each[1:] + each[:1], each[:2]):

@@ -8,7 +8,7 @@ import pytest
 from facetlog.errors import InputError
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.scene_facts import asks_on_demand
+from facetlog.kb.loading.scene_facts import needs_facts_on_demand
 from facetlog.kb.recognize import judge_scene
 from facetlog.perception.facts.fact_schema import ON_DEMAND
 
@@ -50,16 +50,16 @@ def base() -> Iterator[KnowledgeBase]:
 
 
 def test_words_that_rest_on_them_are_known() -> None:
-    assert all(asks_on_demand(f"{word}(V, X, Y)") for word in ON_DEMAND)
-    assert not asks_on_demand("adjunction(X), my_contour(Y), junctions(Z), face(F)")
+    assert all(needs_facts_on_demand(f"{word}(V, X, Y)") for word in ON_DEMAND)
+    assert not needs_facts_on_demand("adjunction(X), my_contour(Y), junctions(Z), face(F)")
 
 
 def test_names_of_pieces_count_where_something_is_said_of_them() -> None:
     assert all(
-        map(asks_on_demand, ("board(P)", "piece_in(T, P)", "piece_cover(P)", "thickness(P)"))
+        map(needs_facts_on_demand, ("board(P)", "piece_in(T, P)", "piece_cover(P)", "thickness(P)"))
     )
     assert not any(
-        map(asks_on_demand, ("group(shelf, board, X)", "'shelf.board'(X)", "bars, block"))
+        map(needs_facts_on_demand, ("group(shelf, board, X)", "'shelf.board'(X)", "bars, block"))
     )
 
 

@@ -9,7 +9,7 @@ from facetlog.errors import RuleSyntaxError
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.rule_source import rule_sources
+from facetlog.kb.loading.rule_source import read_rule_sources
 from facetlog.kb.recognize import rule_files
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
@@ -123,8 +123,11 @@ def test_files_whose_models_are_asked_about_are_loaded_first(
 ) -> None:
     (folder / "couple.model").write_text(THINGS, encoding="utf-8")
     path = folder / "couple.model"
-    assert [source.path.name for source in rule_sources(path)] == ["slab.model", "couple.model"]
-    assert [s.path.name for s in rule_sources(path, present=[folder / "slab.model"])] == [
+    assert [source.path.name for source in read_rule_sources(path)] == [
+        "slab.model",
+        "couple.model",
+    ]
+    assert [s.path.name for s in read_rule_sources(path, present=[folder / "slab.model"])] == [
         "couple.model"
     ]
     base.load_rules(path)

@@ -21,7 +21,7 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.scene_cache import (
     SceneCache,
-    default_folder,
+    get_default_folder,
 )
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
@@ -219,10 +219,10 @@ def test_the_default_folder_follows_the_environment(
 ) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert default_folder() == tmp_path / "xdg" / "facetlog" / "scenes"
+    assert get_default_folder() == tmp_path / "xdg" / "facetlog" / "scenes"
     for relative in ("", "somewhere"):
         monkeypatch.setenv("XDG_CACHE_HOME", relative)
-        assert default_folder() == tmp_path / ".cache" / "facetlog" / "scenes"
+        assert get_default_folder() == tmp_path / ".cache" / "facetlog" / "scenes"
 
 
 def test_the_environment_turns_the_cache_off(

@@ -13,7 +13,7 @@ from tests.kb.meaning.quantities import FORMS, SLOPES, compared, open_measures
 from tests.kb.meaning.scene import FAILS, HOLDS, UNKNOWN, Outline, Scene
 from tests.kb.meaning.terms import Term
 
-__all__ = ["all_of", "any_of", "instances", "left_open", "said"]
+__all__ = ["any_of", "instances", "join_goals", "left_open", "said"]
 
 
 def said(scene: Scene, test: Term) -> Outline:
@@ -26,7 +26,7 @@ def said(scene: Scene, test: Term) -> Outline:
         return (UNKNOWN, 0, 1, 0)
     match test:
         case ("all", list(tests)):
-            return all_of([said(scene, one) for one in tests])
+            return join_goals([said(scene, one) for one in tests])
         case ("any", list(tests)):
             return any_of([said(scene, one) for one in tests])
         case ("not", one):
@@ -42,7 +42,7 @@ def said(scene: Scene, test: Term) -> Outline:
                 return (HOLDS, 1, 1, 0)
             return (HOLDS, 1 - weight * (1 - low), 1 - weight * (1 - high), 0)
         case ("each" | "each_pair", *_, one):
-            return all_of([said(inner, one) for inner in instances(scene, test)])
+            return join_goals([said(inner, one) for inner in instances(scene, test)])
         case ("some", *_, one):
             return any_of([said(inner, one) for inner in instances(scene, test)])
         case ("at_least_of" | "at_most_of" as bound, int(count), variable, groups, one):
@@ -115,7 +115,7 @@ def _unseen(scene: Scene, term: Term, variables: frozenset[str]) -> bool:
     return term not in variables and scene.name(term) == "unseen"
 
 
-def all_of(every: Sequence[Outline]) -> Outline:
+def join_goals(every: Sequence[Outline]) -> Outline:
     """Return the outline of conditions that are all needed."""
     return (
         min((state for state, _, _, _ in every), default=HOLDS),

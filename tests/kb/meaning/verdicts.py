@@ -10,7 +10,7 @@ from typing import NamedTuple
 from tests.kb.meaning.cases import Case
 from tests.kb.meaning.models import Line, Members, Model
 from tests.kb.meaning.quantities import quantity
-from tests.kb.meaning.reference import all_of, said
+from tests.kb.meaning.reference import join_goals, said
 from tests.kb.meaning.scene import FAILS, HOLDS, STATES, UNKNOWN, Outline, Scene
 from tests.kb.meaning.terms import Term
 
@@ -75,7 +75,7 @@ def rank(scene: Scene, model: Model, parts: Parts) -> tuple[float, ...]:
     found = _outlines(_judging(scene, model), model, parts)
     holding, failing = (sum(one[0] == state for one in found) for state in (HOLDS, FAILS))
     misses = sum(sorted(one[3] for one in found if one[0] == FAILS))
-    state, low, high, _ = all_of(found)
+    state, low, high, _ = join_goals(found)
     probable = (0, 0) if failing else (_improbability(low), _improbability(high))
     return (1 - state, -holding, failing, round(misses / RESOLUTION), *probable)
 
@@ -89,7 +89,7 @@ def _judging(scene: Scene, model: Model) -> Scene:
 
 
 def _together(judged: Scene, model: Model, parts: Parts) -> Outline:
-    return all_of(_outlines(judged, model, parts))
+    return join_goals(_outlines(judged, model, parts))
 
 
 # ----------------------------------------------------------------------------------------- the best

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import (
     ORIENTATION_BINS,
-    direction_bits,
     edge_map,
+    encode_direction,
 )
-from facetlog.perception.detection.picture_noise import Noise, working_noise
+from facetlog.perception.detection.picture_noise import Noise, measure_working_noise
 from tests.perception.detection.drawings import along, flat, half_plane, with_noise
 
 MIDDLE = np.array([159.3, 120.2])
@@ -20,7 +20,7 @@ ANGLES = np.radians([0.0, 33.75, 61.0, 179.0])
 
 @pytest.mark.parametrize("sd", [2.0, 20.0])
 def test_noise_is_measured_to_five_percent(sd: float) -> None:
-    estimates = [working_noise(with_noise(flat(), sd, seed)).sd for seed in range(5)]
+    estimates = [measure_working_noise(with_noise(flat(), sd, seed)).sd for seed in range(5)]
     # Whole greys add the variance of rounding, 1/12.
     assert np.mean(estimates) == pytest.approx(np.hypot(sd, np.sqrt(1 / 12)), rel=0.05)
 
@@ -30,9 +30,9 @@ def test_noise_is_measured_to_five_percent(sd: float) -> None:
 def test_a_drawn_edge_has_the_bits_of_its_direction(angle: float, sd: float) -> None:
     mask = edge_map(with_noise(half_plane(angle, MIDDLE), sd)).mask
     u, v = np.rint(along(angle, MIDDLE)).astype(int).T
-    own = (mask[v, u] & direction_bits(np.full(len(u), angle))) != 0
+    own = (mask[v, u] & encode_direction(np.full(len(u), angle))) != 0
     assert own.mean() > 0.98
-    across = (mask[v, u] & direction_bits(np.full(len(u), angle + np.pi / 2))) != 0
+    across = (mask[v, u] & encode_direction(np.full(len(u), angle + np.pi / 2))) != 0
     assert across.mean() < 0.02
 
 
@@ -53,7 +53,7 @@ def test_faint_edges_of_a_noisy_picture_have_their_bits(angle: float) -> None:
     faint = half_plane(angle, MIDDLE, low=100, high=110)
     mask = edge_map(with_noise(faint, 5.0)).mask
     u, v = np.rint(along(angle, MIDDLE)).astype(int).T
-    own = (mask[v, u] & direction_bits(np.full(len(u), angle))) != 0
+    own = (mask[v, u] & encode_direction(np.full(len(u), angle))) != 0
     assert own.mean() > 0.8
 
 
@@ -72,7 +72,7 @@ def test_the_noise_of_the_gradient_is_what_it_says(sd: float) -> None:
 
 @given(st.floats(-20.0, 20.0))
 def test_a_direction_has_its_bin_and_both_neighbours(direction: float) -> None:
-    bits = int(direction_bits(np.array(direction)))
+    bits = int(encode_direction(np.array(direction)))
     own = int((direction % np.pi) / np.pi * ORIENTATION_BINS) % ORIENTATION_BINS
     assert bits == sum(1 << ((own + d) % ORIENTATION_BINS) for d in (-1, 0, 1))
 
@@ -86,7 +86,7 @@ def test_edges_that_only_coarser_scales_show_stand_where_they_are(
     step[:, column:] += 1.3 * sd
     noisy = np.rint(step + np.random.default_rng(column).normal(0.0, sd, step.shape))
     mask = edge_map(noisy.astype(np.uint8), reach_px=2.0).mask
-    upright = (mask & direction_bits(np.array(np.pi / 2))) > 0
+    upright = (mask & encode_direction(np.array(np.pi / 2))) > 0
     marked = np.nonzero(upright.mean(axis=0) > 0.4)[0]
     assert len(marked) > 0
     # In the mean at the step, between the pixels `column` - 1 and `column`.

@@ -9,9 +9,9 @@ import pytest
 from facetlog.errors import InputError
 from facetlog.perception.detection.picture_faults import (
     blur_px,
-    nothing_shown,
-    same_pictures,
-    usable_views,
+    find_picture_fault,
+    find_same_pictures,
+    select_usable_views,
 )
 from facetlog.perception.types import Camera, Image, Pose, View
 from tests.rendered import tour
@@ -49,7 +49,7 @@ def views_of(*images: Image) -> tuple[View, ...]:
     ],
 )
 def test_a_picture_without_contrast_is_named(level: float, noise: float, fault: str) -> None:
-    assert nothing_shown(flat(level, noise)) == fault
+    assert find_picture_fault(flat(level, noise)) == fault
 
 
 @pytest.mark.parametrize("blur", [1.5, 5.0])
@@ -59,26 +59,26 @@ def test_blur_is_measured_in_pixels(blur: float) -> None:
 
 def test_a_black_picture_among_others_is_named_and_left_out() -> None:
     views = views_of(step(1.0), flat(3), step(1.0), flat(2), step(1.0), flat(254))
-    left, warnings = usable_views(views)
+    left, warnings = select_usable_views(views)
     assert [v.name for v in left] == ["0.png", "2.png", "4.png"]
     assert warnings == ("1.png, 3.png: black, left out", "5.png: saturated, left out")
 
 
 def test_only_black_pictures_are_an_error_that_says_so() -> None:
     with pytest.raises(InputError, match=r"all 24 pictures are black \(0\.png, 1\.png, 2\.png"):
-        usable_views(views_of(*[flat(3)] * 24))
+        select_usable_views(views_of(*[flat(3)] * 24))
 
 
 def test_a_picture_much_more_blurred_than_the_others_is_named_and_left_out() -> None:
     views = views_of(*(step(4.0 if k == 3 else 1.0, seed=k) for k in range(8)))
-    left, (warning,) = usable_views(views)
+    left, (warning,) = select_usable_views(views)
     assert [v.name for v in left] == [v.name for v in views if v.name != "3.png"]
     assert warning.startswith("3.png: blurred by up to 3.5 px, the other pictures by 0.9")
 
 
 def test_where_most_pictures_are_blurred_these_are_named_and_all_stay() -> None:
     views = views_of(*(step(1.0 if k < 3 else 4.0, seed=k) for k in range(10)))
-    left, (warning,) = usable_views(views)
+    left, (warning,) = select_usable_views(views)
     assert left == views
     assert warning.startswith("7 of 10 pictures are blurred by about 3.")
     assert "(3.png, 4.png, 5.png and 4 more)" in warning
@@ -86,19 +86,19 @@ def test_where_most_pictures_are_blurred_these_are_named_and_all_stay() -> None:
 
 @pytest.mark.slow
 def test_sharp_pictures_of_a_tour_are_not_called_blurred() -> None:
-    assert usable_views(tour("stool"))[1] == ()
+    assert select_usable_views(tour("stool"))[1] == ()
 
 
 def test_the_order_does_not_matter() -> None:
     views = views_of(*(step(4.0 if k == 3 else 1.0, seed=k) for k in range(8)), flat(3))
-    backwards, _ = usable_views(views[::-1])
-    assert backwards[::-1] == usable_views(views)[0]
+    backwards, _ = select_usable_views(views[::-1])
+    assert backwards[::-1] == select_usable_views(views)[0]
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (480, 8)])
 def test_a_picture_of_hardly_a_pixel_is_too_small(shape: tuple[int, int]) -> None:
     image = np.random.default_rng(0).integers(0, 255, shape, dtype=np.uint8)
-    assert nothing_shown(image) == f"too small ({shape[1]} x {shape[0]})"
+    assert find_picture_fault(image) == f"too small ({shape[1]} x {shape[0]})"
 
 
 SMALL = Camera(64, 48, 60.0, 60.0, 31.5, 23.5)
@@ -110,15 +110,15 @@ def view(k: int, picture: int) -> View:
 
 
 def test_pictures_that_differ_are_no_fault() -> None:
-    assert same_pictures([view(k, k) for k in range(5)]) == ()
+    assert find_same_pictures([view(k, k) for k in range(5)]) == ()
 
 
 def test_a_picture_at_two_poses_is_named() -> None:
     views = [view(k, 1 if k in (1, 4) else 10 + k) for k in range(6)]
-    (warning,) = same_pictures(views)
+    (warning,) = find_same_pictures(views)
     assert warning.startswith("1.png, 4.png: one and the same picture at different poses")
 
 
 def test_a_picture_given_twice_at_its_pose_contradicts_nothing() -> None:
     first = view(0, 7)
-    assert same_pictures([first, replace(first, name="again.png"), view(1, 1)]) == ()
+    assert find_same_pictures([first, replace(first, name="again.png"), view(1, 1)]) == ()

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
     MERGE_VIEWS,
     SCREEN_VIEWS,
-    _distinct_views,
+    _choose_distinct_views,
 )
 from facetlog.perception.detection.view_graph import (
+    measure_view_motion,
     view_graph,
-    view_motion,
 )
 from facetlog.perception.types import Pose, View
-from facetlog.robot.rendering.views import random_similarity
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.rendering.views import draw_similarity
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.detection.drawings import CAMERA, view
 
 TARGET = np.array([3.0, -2.0, 1.0])
@@ -25,7 +25,7 @@ TARGET = np.array([3.0, -2.0, 1.0])
 
 def ring(count: int = 12, *, jitter: float = 0.0, seed: int = 0) -> tuple[View, ...]:
     rng = np.random.default_rng(seed)
-    poses = ring_poses(TARGET, 10.0, (4.0, 7.0), count, jitter=jitter, rng=rng)
+    poses = make_ring_poses(TARGET, 10.0, (4.0, 7.0), count, jitter=jitter, rng=rng)
     return tuple(view(pose=p) for p in poses)
 
 
@@ -46,7 +46,7 @@ def test_three_views_far_apart_count_as_three() -> None:
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_another_frame_and_scale_change_no_weight_and_no_pair(seed: int, scale: float) -> None:
     views = ring(jitter=0.1, seed=seed)
-    frame = random_similarity(np.random.default_rng(seed), scale=scale, reach=10.0)
+    frame = draw_similarity(np.random.default_rng(seed), scale=scale, reach=10.0)
     before, after = view_graph(views), view_graph([frame.view(v) for v in views])
     focus = frame.scale * frame.rotation @ before.focus + frame.shift
     assert np.linalg.norm(after.focus - focus) < 1e-6 * after.distance
@@ -80,7 +80,7 @@ def test_a_view_taken_again_shares_its_weight(copies: int) -> None:
 def test_rings_of_any_size_have_partners_under_moderate_angles(
     count: int, heights: tuple[float, ...]
 ) -> None:
-    views = tuple(view(pose=p) for p in ring_poses(TARGET, 10.0, heights, count))
+    views = tuple(view(pose=p) for p in make_ring_poses(TARGET, 10.0, heights, count))
     graph = view_graph(views)
     units = [(graph.focus - v.pose.centre) for v in views]
     units = [r / np.linalg.norm(r) for r in units]
@@ -93,7 +93,7 @@ def test_rings_of_any_size_have_partners_under_moderate_angles(
 def test_rounding_of_a_ring_changes_no_pair_weight_or_choice(
     count: int, heights: tuple[float, ...]
 ) -> None:
-    poses = ring_poses(TARGET, 10.0, heights, count)
+    poses = make_ring_poses(TARGET, 10.0, heights, count)
     before = view_graph([view(pose=p) for p in poses])
     for seed in range(2):
         rng = np.random.default_rng(seed)
@@ -108,9 +108,9 @@ def test_rounding_of_a_ring_changes_no_pair_weight_or_choice(
         assert after.pairs == before.pairs
         np.testing.assert_allclose(after.weight, before.weight, rtol=1e-9)
         for wanted in (MERGE_VIEWS, SCREEN_VIEWS):
-            chosen = _distinct_views(before.weight, wanted)
+            chosen = _choose_distinct_views(before.weight, wanted)
             assert len(chosen) == min(count, wanted)
-            assert _distinct_views(after.weight, wanted) == chosen
+            assert _choose_distinct_views(after.weight, wanted) == chosen
 
 
 def turned(degrees: float, centre: np.ndarray) -> Pose:
@@ -127,7 +127,7 @@ def test_a_view_that_does_not_face_the_focus_counts_as_one_of_its_own(
     focus = view_graph([view(pose=p) for p in poses]).focus
     aside = turned(degrees, np.array([x, 0.0, focus[2]]))
     views = [view(pose=p) for p in (*poses, aside)]
-    motion, graph = view_motion(views), view_graph(views)
+    motion, graph = measure_view_motion(views), view_graph(views)
     assert np.isfinite(motion).all()
     assert np.isfinite(graph.weight).all()
     np.testing.assert_array_equal(motion, motion.T)

@@ -10,14 +10,14 @@ from facetlog.perception.detection.coarse_pictures import coarse_pictures, gradi
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.segments import ENLARGED
 from facetlog.perception.detection.working_size import (
-    at_working_size,
-    in_own_pixels,
-    working_noises,
+    enlarge_to_working_size,
+    measure_working_noises,
+    to_own_pixels,
 )
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Camera, Image, Observation, Track, View
 from facetlog.robot.rendering.worlds import make_world
-from tests.rendered import solid_truth, tour
+from tests.rendered import get_solid_truth, tour
 
 
 def _camera(image: Image) -> Camera:
@@ -32,12 +32,12 @@ def _halved(view: View) -> View:
 
 def test_a_point_enlarged_and_taken_back_is_where_it_was() -> None:
     small = _halved(tour("block", 0)[0])
-    (large,), factors = at_working_size([small])
+    (large,), factors = enlarge_to_working_size([small])
     assert factors == (2,)
     point = np.array([25.0, 55.0, 3.0, 1.0])
     own, other = (v.projection @ point for v in (small, large))
     seen = Observation(0, other[:2] / other[2], np.eye(2))
-    (back,) = in_own_pixels(Track((seen,)), factors).observations
+    (back,) = to_own_pixels(Track((seen,)), factors).observations
     assert back.uv == pytest.approx(own[:2] / own[2])
     assert back.cov == pytest.approx(np.eye(2) / 4)
 
@@ -57,15 +57,15 @@ def _felt(image: Image) -> float:
 
 @pytest.mark.parametrize("factor", [2, 4])
 def test_an_enlarged_picture_is_as_noisy_as_the_detector_feels_it(factor: int) -> None:
-    (large,), _ = at_working_size([_noisy(factor, 10.0)])
+    (large,), _ = enlarge_to_working_size([_noisy(factor, 10.0)])
     assert ENLARGED[factor] == pytest.approx(_felt(large.image) / _felt(_noisy(1, 10.0).image), 0.1)
 
 
 @pytest.mark.parametrize("factor", [2, 4])
 def test_the_gradients_of_an_enlarged_picture_are_as_noisy_as_its_noise_says(factor: int) -> None:
     small = _noisy(factor, 10.0)
-    (large,), factors = at_working_size([small])
-    (noise,) = working_noises([small], factors)
+    (large,), factors = enlarge_to_working_size([small])
+    (noise,) = measure_working_noises([small], factors)
     assert noise.sd == pytest.approx(10.0, rel=0.05)
     edges = edge_map(large.image, own_noise=noise)
     assert edges.gradient_noise == pytest.approx(_spread(large.image), rel=0.1)
@@ -82,7 +82,7 @@ def _spread(image: Image) -> float:
 def test_the_block_is_found_in_pictures_of_half_the_size() -> None:
     views = tuple(_halved(v) for v in tour("block", 0))
     scene = reconstruct(views, name="small")
-    truth = np.array(solid_truth(make_world("block", 0)).vertices)
+    truth = np.array(get_solid_truth(make_world("block", 0)).vertices)
     assert len(scene.faces) == 5
     nearest = np.linalg.norm(scene.points[:, None] - truth[None], axis=-1).min(axis=1)
     assert nearest.max() < 0.1

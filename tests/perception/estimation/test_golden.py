@@ -6,7 +6,7 @@ import pytest
 from facetlog.paper.printed import printed
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.plane_filter import Chart, plain_plane_recursion
-from facetlog.perception.estimation.point_filter import plain_recursion
+from facetlog.perception.estimation.point_filter import run_printed_recursion
 from facetlog.perception.pan_tilt import projection_matrix
 from facetlog.perception.types import Observation
 
@@ -19,7 +19,7 @@ def _point_states(uv="uv", pose="pose", s0=POINT["s0"]):
     projections = [projection_matrix(*case[pose], POINT["focal"]) for case in cases]
     noise = POINT["noise"] * np.eye(2)
     seen = [Observation(i, case[uv], noise) for i, case in enumerate(cases)]
-    return list(plain_recursion(seen, projections, State(np.zeros(3), s0 * np.eye(3))))
+    return list(run_printed_recursion(seen, projections, State(np.zeros(3), s0 * np.eye(3))))
 
 
 @pytest.mark.parametrize("iteration", [0, 1])

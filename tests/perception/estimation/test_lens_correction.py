@@ -5,7 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.estimation.lens_correction import combined, corrected, lens_warnings
+from facetlog.perception.estimation.lens_correction import (
+    combine_lens_errors,
+    corrected,
+    explain_lens_errors,
+)
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import LensError, StoredPicture
 from tests.rendered import tour
@@ -41,7 +45,7 @@ def test_the_stored_picture_is_corrected_when_it_is_read() -> None:
 
 
 def test_what_is_found_in_corrected_views_comes_on_top() -> None:
-    both = combined(LensError(1.05, -0.1, 0.1, 0.1), LensError(0.99, 0.01, 0.001, 0.002))
+    both = combine_lens_errors(LensError(1.05, -0.1, 0.1, 0.1), LensError(0.99, 0.01, 0.001, 0.002))
     assert both.focal == pytest.approx(1.05 * 0.99)
     assert both.radial == pytest.approx(-0.09)
     assert both.focal_sd == pytest.approx(1.05 * 0.001)
@@ -50,7 +54,7 @@ def test_what_is_found_in_corrected_views_comes_on_top() -> None:
 def test_a_wrong_focal_length_is_named_with_the_right_one() -> None:
     view = tour("block", 0)[0]
     view = replace(view, camera=replace(view.camera, fx=500.0))
-    (said,) = lens_warnings([view, view], [LONGER, LONGER])
+    (said,) = explain_lens_errors([view, view], [LONGER, LONGER])
     assert "525.00 ± 0.50 px (500.00 px is given)" in said
     assert "k1" not in said
 
@@ -59,8 +63,8 @@ def test_of_two_cameras_the_wrong_one_is_named() -> None:
     views = tour("block", 0)[:6]
     mixed = [replace(v, camera=v.camera.zoomed(1.5)) if k > 3 else v for k, v in enumerate(views)]
     right = LensError(1.0005, 0.001, 0.001, 0.002)
-    (said,) = lens_warnings(mixed, [right] * 4 + [LONGER] * 2)
+    (said,) = explain_lens_errors(mixed, [right] * 4 + [LONGER] * 2)
     assert f"of {views[4].name}, {views[5].name} is not as stated" in said
-    one, other = lens_warnings(mixed, [LONGER] * 4 + [replace(LONGER, focal=0.9)] * 2)
+    one, other = explain_lens_errors(mixed, [LONGER] * 4 + [replace(LONGER, focal=0.9)] * 2)
     assert f"of {views[0].name}, {views[1].name}, {views[2].name} and 1 more is" in one
     assert f"of {views[4].name}" in other

@@ -11,10 +11,10 @@ from facetlog.perception.estimation.ekf import Linearised, State, recursion
 from facetlog.perception.estimation.plane_filter import (
     Chart,
     PlaneFailure,
-    chart_from_plane,
+    convert_chart_to_plane,
+    convert_plane_to_chart,
     fit_plane,
-    plane_from_chart,
-    with_common_errors,
+    propagate_common_errors,
 )
 from facetlog.perception.scene import Plane
 from tests.perception.rigs import rotation
@@ -38,7 +38,7 @@ def _about(plane, middle, chart):
     """(a, b, p) with the origin moved to `middle`, where p and the slopes part ways."""
     J = np.eye(4)
     J[3, :3] = middle
-    return chart_from_plane(
+    return convert_plane_to_chart(
         chart,
         Plane(plane.normal, plane.offset + plane.normal @ middle, J @ plane.cov @ J.T),
     )
@@ -72,13 +72,13 @@ def test_chart_and_plane_convert_back_and_forth(chart, seed):
     rng = np.random.default_rng(seed)
     A = rng.normal(size=(3, 3))
     state = State(rng.normal(size=3), A @ A.T + 0.1 * np.eye(3))
-    plane = plane_from_chart(chart, state)
-    again = chart_from_plane(chart, plane)
+    plane = convert_chart_to_plane(chart, state)
+    again = convert_plane_to_chart(chart, plane)
     np.testing.assert_allclose(again.mean, state.mean, atol=1e-9)
     np.testing.assert_allclose(again.cov, state.cov, atol=1e-7)
     assert np.linalg.matrix_rank(plane.cov, tol=1e-9) == 3
     np.testing.assert_allclose(plane.cov[:3, :3] @ plane.normal, 0.0, atol=1e-9)
-    flipped = chart_from_plane(chart, plane.flipped())
+    flipped = convert_plane_to_chart(chart, plane.flipped())
     np.testing.assert_allclose(flipped.cov, state.cov, atol=1e-7)
 
 
@@ -92,13 +92,13 @@ def test_chart_and_plane_convert_back_and_forth(chart, seed):
 )
 def test_charts_are_those_of_figure_6(chart, point):
     # a x + b y + z + p = 0, x + a y + b z + p = 0 and b x + y + a z + p = 0, (a, b, p) = (2, 7, 11)
-    plane = plane_from_chart(chart, State(np.array([2.0, 7.0, 11.0]), np.eye(3)))
+    plane = convert_chart_to_plane(chart, State(np.array([2.0, 7.0, 11.0]), np.eye(3)))
     assert plane.distance(point) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_plane_parallel_to_the_axis_is_not_in_its_chart():
     with pytest.raises(ValueError, match="parallel"):
-        chart_from_plane(Chart.Z, Plane([1.0, 0.0, 0.0], 0.0, np.zeros((4, 4))))
+        convert_plane_to_chart(Chart.Z, Plane([1.0, 0.0, 0.0], 0.0, np.zeros((4, 4))))
 
 
 @settings(max_examples=40)
@@ -135,7 +135,7 @@ def test_fit_equals_the_recursion_and_filterpy():
     A = SD * rng.normal(size=(10, 3, 3))
     covs = A @ A.transpose(0, 2, 1) + 1e-5 * np.eye(3)
     fit = fit_plane(points, covs)
-    found = chart_from_plane(Chart.Z, fit.plane)
+    found = convert_plane_to_chart(Chart.Z, fit.plane)
     start = State(np.zeros(3), 1e6 * np.eye(3))
     # Every point made linear at the plane found: equation (1)'s x* is the point moved onto it.
     g = np.array([*found.mean[:2], 1.0])
@@ -192,7 +192,7 @@ def test_a_common_shift_is_no_tilt_and_as_large_as_at_any_point():
     rng, normal, middle = np.random.default_rng(8), np.array([0.48, 0.6, 0.64]), np.arange(3.0)
     points = _on_plane(rng, normal, middle=middle)
     fit = fit_plane(points, [SD**2 * np.eye(3)] * len(points))
-    plane = with_common_errors(fit.plane, points, SD**2 * np.ones((len(points),) * 2))
+    plane = propagate_common_errors(fit.plane, points, SD**2 * np.ones((len(points),) * 2))
     np.testing.assert_allclose(plane.cov[:3, :3], 0.0, atol=1e-12)
     assert plane.cov[3, 3] == pytest.approx(SD**2)
     np.testing.assert_array_equal(plane.normal, fit.plane.normal)
@@ -203,7 +203,7 @@ def test_errors_apart_at_each_point_leave_the_covariance_of_the_fit(middle):
     rng = np.random.default_rng(9)
     points = _on_plane(rng, np.array([0.48, 0.6, 0.64]), middle=middle)
     fit = fit_plane(points, [SD**2 * np.eye(3)] * len(points))
-    plane = with_common_errors(fit.plane, points, SD**2 * np.eye(len(points)))
+    plane = propagate_common_errors(fit.plane, points, SD**2 * np.eye(len(points)))
     np.testing.assert_allclose(plane.cov, fit.plane.cov, atol=1e-3 * fit.plane.cov[3, 3])
 
 

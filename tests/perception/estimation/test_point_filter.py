@@ -13,7 +13,7 @@ from facetlog.perception.estimation.point_filter import (
     PointFailure,
     estimate_point,
     estimate_points,
-    pixel_measurement,
+    measure_pixel,
 )
 from facetlog.perception.pan_tilt import projection_matrix
 from facetlog.perception.types import Observation
@@ -123,7 +123,7 @@ def test_many_at_once_equal_one_by_one_and_filterpy():
         reference = ExtendedKalmanFilter(dim_x=3, dim_z=2)
         reference.x, reference.P = points[i].copy(), 1e4 * np.eye(3)
         for v in np.flatnonzero(used[i]):
-            lin = pixel_measurement(uv[i, v], projections[v], cov[i, v], points[i])(points[i])
+            lin = measure_pixel(uv[i, v], projections[v], cov[i, v], points[i])(points[i])
             reference.update(
                 lin.y, lambda _, m: m, lambda x, m: m @ x, R=lin.W, args=lin.M, hx_args=lin.M
             )

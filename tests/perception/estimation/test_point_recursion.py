@@ -8,8 +8,8 @@ from facetlog.perception.estimation.ekf import Linearised, State, step
 from facetlog.perception.estimation.incidence import updated
 from facetlog.perception.estimation.point_filter import (
     estimate_points,
+    measure_pixel,
     pixel_incidence,
-    pixel_measurement,
 )
 from facetlog.perception.estimation.point_recursion import PointFilters
 from tests.perception.rigs import PIXEL_SD, pictured, ring
@@ -52,7 +52,7 @@ def test_one_update_is_filterpys_of_the_pixel():
     )
     # Made linear at where it ends, as the last of the passes is.
     at = mean[0]
-    lin = pixel_measurement(uv[0, 0], projections[0], cov[0, 0], at)(at)
+    lin = measure_pixel(uv[0, 0], projections[0], cov[0, 0], at)(at)
     one = step(start, Linearised(lin.y, lin.M, lin.W))
     np.testing.assert_allclose(mean[0], one.mean, atol=1e-6)
     np.testing.assert_allclose(after[0], one.cov, rtol=1e-3, atol=1e-12)

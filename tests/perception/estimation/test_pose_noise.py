@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from facetlog.perception.estimation.pose_noise import pixel_covs
+from facetlog.perception.estimation.pose_noise import compute_pixel_covs
 from facetlog.perception.types import Camera, Pose, View
 
 CAMERA = Camera(640, 480, 500, 510, 320, 240)
@@ -26,10 +26,10 @@ def test_pixels_scatter_as_the_covariance_of_the_pose_says():
         rotation = cv2.Rodrigues(turn)[0] @ view.pose.rotation
         seen = (points - view.pose.centre - place) @ rotation @ CAMERA.matrix.T
         pixels.append(seen[:, :2] / seen[:, 2:])
-    for k, cov in enumerate(pixel_covs(view, points)):
+    for k, cov in enumerate(compute_pixel_covs(view, points)):
         scattered = np.cov(np.array(pixels)[:, k].T)
         np.testing.assert_allclose(cov, scattered, rtol=0.1)
 
 
 def test_a_pose_of_which_nothing_is_stated_adds_nothing():
-    assert not pixel_covs(_view(None), POINTS + 5.0).any()
+    assert not compute_pixel_covs(_view(None), POINTS + 5.0).any()

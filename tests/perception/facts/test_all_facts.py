@@ -8,7 +8,7 @@ import pytest
 
 from facetlog.perception.facts import measures, plan_view
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
-from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Fact, Solutions, fact_fault
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Fact, Solutions, check_fact
 from facetlog.perception.facts.gaps import nearest_points, thing_gaps
 from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces import contacts, convex_hulls, outline_overlap
@@ -43,7 +43,7 @@ def rows(scene: Scene, functor: str) -> dict[tuple[str, ...], tuple[float, ...]]
 @pytest.mark.parametrize("build", SOLIDS)
 def test_every_fact_keeps_to_the_schema(build: object) -> None:
     facts = scene_facts(build())  # type: ignore[operator]
-    assert [fault for fact in facts if (fault := fact_fault(fact))] == []
+    assert [fault for fact in facts if (fault := check_fact(fact))] == []
     order = [kind.functor for kind in FACT_SCHEMA]
     places = [order.index(fact.functor) for fact in facts]
     assert places == sorted(places)
@@ -255,6 +255,6 @@ def test_impossible_faces_still_give_finite_facts(seed: int) -> None:
         up=None if seed % 5 == 0 else np.array([0.0, 0.0, 1.0]),
     )
     facts = scene_facts(scene)
-    assert [fault for fact in facts if (fault := fact_fault(fact))] == []
+    assert [fault for fact in facts if (fault := check_fact(fact))] == []
     numbers = [a for fact in facts for a in fact.args if isinstance(a, float)]
     assert np.isfinite(numbers).all()

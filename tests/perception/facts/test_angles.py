@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.facts.relations import angle_between, pairwise_angles
+from facetlog.perception.facts.relations import compute_angle_between, compute_pairwise_angles
 from facetlog.perception.scene import Plane
 from tests.perception.rigs import rotation
 
@@ -39,7 +39,7 @@ def _sampled_angles(rng, p, q, count=40_000):
 def test_sd_is_the_rms_error_that_monte_carlo_finds(angle_deg, first, second):
     true = np.radians(angle_deg)
     p, q = _plane([0.0, 0.0, 1.0], first, second), _plane(_turned(true), second, first)
-    angle, sd = angle_between(p, q)
+    angle, sd = compute_angle_between(p, q)
     assert angle == pytest.approx(true, abs=1e-9)
     rms = np.sqrt(((_sampled_angles(np.random.default_rng(1), p, q) - true) ** 2).mean())
     # Near 0° and 180° the form may be up to a fifth on the safe side; elsewhere it is exact.
@@ -54,13 +54,13 @@ def test_all_pairs_equal_one_by_one_in_every_frame(seed):
     R = np.eye(4)
     R[:3, :3] = rotation(rng)
     there = [Plane(R[:3, :3] @ p.normal, p.offset, R @ p.cov @ R.T) for p in planes]
-    angle, sd = pairwise_angles(planes)
+    angle, sd = compute_pairwise_angles(planes)
     np.testing.assert_allclose(angle, angle.T)
-    np.testing.assert_allclose(pairwise_angles(there)[0], angle, atol=1e-7)
-    np.testing.assert_allclose(pairwise_angles(there)[1], sd, rtol=1e-6)
+    np.testing.assert_allclose(compute_pairwise_angles(there)[0], angle, atol=1e-7)
+    np.testing.assert_allclose(compute_pairwise_angles(there)[1], sd, rtol=1e-6)
     for i, j in ((0, 1), (2, 3), (0, 4)):
         np.testing.assert_allclose(
-            (angle[i, j], sd[i, j]), angle_between(planes[i], planes[j]), atol=1e-9
+            (angle[i, j], sd[i, j]), compute_angle_between(planes[i], planes[j]), atol=1e-9
         )
     assert (np.diag(angle) == 0).all()
     assert (np.diag(sd) == 0).all()

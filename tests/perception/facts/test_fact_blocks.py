@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from facetlog.perception.facts import all_facts
 from facetlog.perception.facts.all_facts import fact_columns, fact_rows
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
-from facetlog.perception.facts.named_rows import rows_from
+from facetlog.perception.facts.named_rows import convert_to_rows
 from facetlog.perception.scene import Body, Edge, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
@@ -83,7 +83,7 @@ changed_scenes = st.builds(
 @given(st.lists(changed_scenes, min_size=1, max_size=5))
 def test_scenes_together_have_the_facts_that_each_has_alone(scenes: list[Scene]) -> None:
     together = [
-        {functor: rows_from(columns) for functor, columns in found.items()}
+        {functor: convert_to_rows(columns) for functor, columns in found.items()}
         for found in fact_columns(scenes, EVERY)
     ]
     assert _bits(together) == _bits([fact_rows(scene, EVERY) for scene in scenes])
@@ -100,4 +100,6 @@ def test_several_blocks_of_scenes_have_the_facts_that_each_scene_has_alone(
     wanted = [fact_rows(scene) for scene in scenes]
     monkeypatch.setattr(all_facts, "FACES_AT_ONCE", 10)
     found = fact_columns(scenes)
-    assert [{f: rows_from(columns) for f, columns in each.items()} for each in found] == wanted
+    assert [
+        {f: convert_to_rows(columns) for f, columns in each.items()} for each in found
+    ] == wanted

@@ -11,7 +11,7 @@ ROOM = Path(__file__).parents[3] / "perception"
 LOADED = """
 import json, sys
 from facetlog.perception.facts.all_facts import scene_facts
-from facetlog.perception.surfaces.scene_file import scene_from_json
+from facetlog.perception.surfaces.scene_file import decode_scene
 modules = [m for n, m in sys.modules.items() if n.startswith("facetlog.perception")]
 print(json.dumps([m.__file__ for m in modules if m.__file__]))
 """

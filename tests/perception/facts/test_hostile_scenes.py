@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
-from facetlog.perception.surfaces.scene_file import SceneFileError, scene_from_json, scene_to_json
+from facetlog.perception.surfaces.scene_file import SceneFileError, decode_scene, encode_scene
 
 NAMES = ("cuboid", "table", "stairs")
 NUMBERS = (0.0, 1e-300, 1e-160, 1e-30, 1e-9, 0.5, 2.0, 1e6, 1e15, 1e20, 1e30, 1e300)
@@ -20,7 +20,7 @@ Place = tuple[str | int, ...]
 
 
 def _content(name: str) -> dict[str, Any]:
-    made: dict[str, Any] = json.loads(scene_to_json(build(name, {})))
+    made: dict[str, Any] = json.loads(encode_scene(build(name, {})))
     return made
 
 
@@ -112,7 +112,7 @@ def test_facts_are_finite_or_the_scene_is_refused(name: str, change: Any, seed: 
     content = _content(name)
     change(content, random.Random(seed))
     try:
-        scene = scene_from_json(json.dumps(content))
+        scene = decode_scene(json.dumps(content))
     except SceneFileError:
         return
     for fact in (*scene_facts(scene), *facts_on_demand(scene)):

@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.known_length import KnownLength, with_known_length
+from facetlog.perception.facts.known_length import KnownLength, scale_by_known_length
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 
@@ -50,15 +50,15 @@ def test_other_texts_are_refused(text: str) -> None:
 
 def test_the_length_that_is_known_is_that_long_then(table: Scene) -> None:
     for text, of in (("v1 v2 = 25 cm", 0.25), ("v2 v1 = 2 m", 2.0)):
-        scene, scale = with_known_length(table, KnownLength.parse(text))
+        scene, scale = scale_by_known_length(table, KnownLength.parse(text))
         points = scene.points
         assert np.linalg.norm(points[1] - points[0]) == pytest.approx(of)
         assert scene.metric
         np.testing.assert_allclose(points, table.points * scale.metres)
-    high, _ = with_known_length(table, KnownLength.parse("height t1 = 1.5 m"))
+    high, _ = scale_by_known_length(table, KnownLength.parse("height t1 = 1.5 m"))
     assert _height(high) == pytest.approx(1.5)
     edge = table.edges[4]
-    by_edge, _ = with_known_length(table, KnownLength.parse("e5 = 3 m"))
+    by_edge, _ = scale_by_known_length(table, KnownLength.parse("e5 = 3 m"))
     length = np.linalg.norm(by_edge.points[edge.end] - by_edge.points[edge.start])
     assert length == pytest.approx(3.0)
 
@@ -66,15 +66,15 @@ def test_the_length_that_is_known_is_that_long_then(table: Scene) -> None:
 def test_the_scale_is_as_sure_as_both_lengths(table: Scene) -> None:
     high = _height(table)
     measured = np.sqrt(2) * 2e-3 / high  # two vertices of 2e-3 each
-    _, exact = with_known_length(table, KnownLength.parse("height = 2 m"))
+    _, exact = scale_by_known_length(table, KnownLength.parse("height = 2 m"))
     assert exact.sd / exact.metres == pytest.approx(measured)
-    _, about = with_known_length(table, KnownLength.parse("height = 2 ± 0.1 m"))
+    _, about = scale_by_known_length(table, KnownLength.parse("height = 2 ± 0.1 m"))
     assert about.sd / about.metres == pytest.approx(np.hypot(measured, 0.05))
 
 
 def test_all_lengths_are_as_unsure_as_the_scale_and_areas_twice(table: Scene) -> None:
     exact, unsure = (
-        fact_rows(with_known_length(table, KnownLength.parse(text))[0])
+        fact_rows(scale_by_known_length(table, KnownLength.parse(text))[0])
         for text in ("height = 75 cm", "height = 75 ± 30 cm")
     )
     for functor, power in (("edge_length", 1), ("elevation", 1), ("top_of", 1), ("area", 2)):
@@ -99,12 +99,12 @@ def test_all_lengths_are_as_unsure_as_the_scale_and_areas_twice(table: Scene) ->
 )
 def test_what_the_scene_has_not_is_named(table: Scene, text: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        with_known_length(table, KnownLength.parse(text))
+        scale_by_known_length(table, KnownLength.parse(text))
 
 
 def test_metres_and_a_height_without_up_are_refused(table: Scene) -> None:
     known = KnownLength.parse("height = 1 m")
     with pytest.raises(InputError, match="metres already"):
-        with_known_length(replace(table, metric=True), known)
+        scale_by_known_length(replace(table, metric=True), known)
     with pytest.raises(InputError, match="not known without up"):
-        with_known_length(replace(table, up=None), known)
+        scale_by_known_length(replace(table, up=None), known)

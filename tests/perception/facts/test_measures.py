@@ -10,8 +10,8 @@ from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Edge, Face, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
+    fit_plane_through_loop,
     l_block,
-    plane_through,
     stick_table,
     wedge,
 )
@@ -32,7 +32,10 @@ def noisy(scene: Scene, rng: np.random.Generator) -> Scene:
         (),
         tuple(Vertex(p, SD**2 * np.eye(3)) for p in points),
         tuple(Edge(e.start, e.end) for e in scene.edges),
-        tuple(Face(f.outline, plane_through(points[list(f.outline)], SD)) for f in scene.faces),
+        tuple(
+            Face(f.outline, fit_plane_through_loop(points[list(f.outline)], SD))
+            for f in scene.faces
+        ),
         scene.up,
         scene.metric,
     )

@@ -10,7 +10,7 @@ from facetlog.perception.online.online_scene import OnlineScene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Pose
 from facetlog.robot.rendering.worlds import make_world
-from tests.rendered import solid_truth, tour
+from tests.rendered import get_solid_truth, tour
 
 UP = np.array([0.0, 0.0, 1.0])
 VIEWS = 12
@@ -29,7 +29,7 @@ def run():
 
 def _off(scene):
     # Distances of the corners of the block's faces from the true ones, in.
-    true = np.array(solid_truth(make_world("block", 0)).vertices)
+    true = np.array(get_solid_truth(make_world("block", 0)).vertices)
     corners = sorted({k for face in scene.faces for k in face.outline})
     apart = np.linalg.norm(scene.points[corners][:, None] - true[None], axis=-1)
     return apart.min(axis=1)

@@ -13,9 +13,9 @@ from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.space.grid import Lattice
-from facetlog.perception.space.openings import find_openings, room_for_openings
+from facetlog.perception.space.openings import find_openings, has_room_for_openings
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import FloatArray
@@ -45,7 +45,7 @@ def of_boxes(*boxes: Box, turned: FloatArray | None = None, up: bool = True) -> 
     solids = [trimesh.creation.box(bounds=np.array(box)) for box in boxes]
     mesh = trimesh.util.concatenate(solids)
     points = mesh.vertices if turned is None else mesh.vertices @ turned.T
-    return scene_of_mesh(
+    return make_mesh_scene(
         Mesh.of(points, mesh.faces, name="boxes"), up=UP if up else None, metric=True
     )
 
@@ -110,7 +110,7 @@ def test_where_no_room_is_left_nothing_that_nobody_saw_makes_another_opening(
     cells[0, y : y + unseen, z : z + rng.integers(1, 4)] = State.UNSEEN
     space = Space(Lattice(0.1, np.eye(3), np.zeros(3), shape), cells, closed=False)
     found = find_openings(space, on_ground=True)
-    if room_for_openings(space, found, on_ground=True):
+    if has_room_for_openings(space, found, on_ground=True):
         return
     for _ in range(5):
         decided = np.where(rng.random(shape) < 0.5, State.FULL, State.FREE).astype(np.uint8)

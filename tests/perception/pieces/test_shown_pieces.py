@@ -11,9 +11,9 @@ import trimesh
 from facetlog.errors import InputError
 from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.pieces.draw_pieces import draw_pieces
-from facetlog.perception.pieces.piece_meshes import pieces_bytes
+from facetlog.perception.pieces.piece_meshes import export_pieces
 from facetlog.perception.pieces.pieces import SLENDER, THIN, Kind
-from facetlog.perception.pieces.shown_pieces import COLOURS, ShownPieces, box_corners
+from facetlog.perception.pieces.shown_pieces import COLOURS, ShownPieces, compute_box_corners
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Camera, Pose, View
@@ -24,7 +24,7 @@ NOTHING = ShownPieces((), ())
 
 
 def _glb(scene: Scene) -> trimesh.Scene:
-    data = pieces_bytes(scene, shown_pieces(scene))
+    data = export_pieces(scene, shown_pieces(scene))
     loaded = trimesh.load(io.BytesIO(data), file_type="glb")
     assert isinstance(loaded, trimesh.Scene)
     return loaded
@@ -82,7 +82,7 @@ def test_what_nobody_saw_is_a_haze_round_as_many_cells() -> None:
 def test_a_scene_without_pieces_has_no_mesh_of_them() -> None:
     scene = build("cuboid", {})
     with pytest.raises(InputError, match="has no pieces"):
-        pieces_bytes(scene, NOTHING)
+        export_pieces(scene, NOTHING)
 
 
 def test_each_piece_is_drawn_where_its_box_is_seen() -> None:
@@ -94,7 +94,7 @@ def test_each_piece_is_drawn_where_its_box_is_seen() -> None:
     for each in shown.pieces:
         if each.piece.kind is Kind.BAR and each.piece.low < 0.1:
             continue  # a leg may be hidden
-        corners = box_corners(each.piece)
+        corners = compute_box_corners(each.piece)
         ahead = (corners - view.pose.centre) @ view.pose.rotation
         u, v = (480 * ahead[:, :2] / ahead[:, 2:] + (159.5, 119.5)).mean(axis=0).round().astype(int)
         near = drawn[v - 3 : v + 4, u - 3 : u + 4] != empty[v - 3 : v + 4, u - 3 : u + 4]

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from facetlog.perception.pieces.solid_parts import convex_joined, is_convex, solid_parts
+from facetlog.perception.pieces.solid_parts import is_convex, join_convex_parts, solid_parts
 
 Cells = NDArray[np.bool_]
 TURNS = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1)]
@@ -47,9 +47,12 @@ def test_a_slope_in_steps_of_cells_is_one_part() -> None:
 def test_two_halves_of_a_block_are_joined_and_two_arms_of_an_angle_are_not() -> None:
     parts = np.zeros((20, 6, 20), dtype=np.intp)
     parts[:10, :, :6], parts[10:, :, :6] = 1, 2
-    assert sizes(convex_joined(parts)) == [20 * 6 * 6]
+    assert sizes(join_convex_parts(parts)) == [20 * 6 * 6]
     parts[:6, :, 6:] = 3
-    assert sorted(size for size in sizes(convex_joined(parts)) if size) == [6 * 6 * 14, 20 * 6 * 6]
+    assert sorted(size for size in sizes(join_convex_parts(parts)) if size) == [
+        6 * 6 * 14,
+        20 * 6 * 6,
+    ]
 
 
 cuboids = st.tuples(*[st.tuples(st.integers(0, 14), st.integers(1, 10))] * 3)

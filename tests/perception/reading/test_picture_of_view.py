@@ -14,7 +14,7 @@ from facetlog.perception.reading.picture_of_view import (
     picture_of_view,
 )
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
-from facetlog.perception.reading.shots import shots_in
+from facetlog.perception.reading.shots import list_shots
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Camera, Pose, View
 
@@ -71,7 +71,7 @@ def test_a_picture_is_read_as_it_is_shown_or_as_stored(
     orientation: int | None, turns: int, tmp_path: Path
 ) -> None:
     stored(tmp_path / "a.png", orientation, turns)
-    (shot,) = shots_in(tmp_path)
+    (shot,) = list_shots(tmp_path)
     videos = VideoFrames()
     assert np.array_equal(shot.read(videos), np.rot90(SHOWN, turns))
     assert shot.upright.turns == turns

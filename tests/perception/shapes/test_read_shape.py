@@ -10,7 +10,7 @@ import trimesh
 from facetlog.errors import InputError
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
-from facetlog.perception.shapes.shape_options import sensor_from, unit_from, up_from
+from facetlog.perception.shapes.shape_options import parse_sensor, parse_unit, parse_up
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import write_scene
@@ -29,14 +29,14 @@ def stl(tmp_path: Path) -> Path:
 
 def test_a_scene_says_itself_where_up_is(tmp_path: Path) -> None:
     write_scene(cuboid(0.3, 0.2, 0.1), tmp_path / "a.json")
-    scene = read_shape(tmp_path / "a.json", ShapeOptions(up_from("x"), unit="mm"))
+    scene = read_shape(tmp_path / "a.json", ShapeOptions(parse_up("x"), unit="mm"))
     assert scene.up is not None
     assert scene.up.tolist() == [0.0, 0.0, 1.0]
     assert _size(scene) == [0.1, 0.2, 0.3]
 
 
 def test_options_say_it_of_a_mesh(stl: Path) -> None:
-    scene = read_shape(stl, ShapeOptions(up_from("-y"), unit="mm"))
+    scene = read_shape(stl, ShapeOptions(parse_up("-y"), unit="mm"))
     assert len(scene.faces) == 6
     assert scene.up is not None
     assert scene.up.tolist() == [0.0, -1.0, 0.0]
@@ -62,7 +62,7 @@ def test_points_alone_become_a_cloud_in_metres_as_their_unit_says(tmp_path: Path
     trimesh.PointCloud(points).export(tmp_path / "a.ply")
     np.savetxt(tmp_path / "a.xyz", points)
     for name in ("a.ply", "a.xyz"):
-        scene = read_shape(tmp_path / name, ShapeOptions(up_from("z"), unit="mm"))
+        scene = read_shape(tmp_path / name, ShapeOptions(parse_up("z"), unit="mm"))
         assert scene.metric
         assert _size(scene) == pytest.approx([0.1, 0.2, 0.3], rel=0.03)
         assert len(scene.faces) == 6
@@ -76,13 +76,13 @@ def test_a_file_of_another_kind_is_refused(name: str) -> None:
 
 
 def test_words_for_axes_and_units_are_checked() -> None:
-    assert (up_from("auto"), up_from("none"), unit_from("none")) == (None, None, None)
-    assert unit_from("ft") == "ft"
-    assert sensor_from("none") is None
+    assert (parse_up("auto"), parse_up("none"), parse_unit("none")) == (None, None, None)
+    assert parse_unit("ft") == "ft"
+    assert parse_sensor("none") is None
     for word in ("1,2", "1,2,3,4", "a,b,c", "1,2,nan", ""):
         with pytest.raises(InputError, match="give three numbers x,y,z"):
-            sensor_from(word)
-    for word, check in (("w", up_from), ("mile", unit_from)):
+            parse_sensor(word)
+    for word, check in (("w", parse_up), ("mile", parse_unit)):
         with pytest.raises(InputError, match=f"{word}.*use one of"):
             check(word)
 

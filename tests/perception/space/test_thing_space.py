@@ -14,8 +14,8 @@ from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene, SightLines
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
@@ -50,7 +50,7 @@ def enclosed_share(*boxes: tuple[tuple[float, float, float], tuple[float, float,
 
 
 def solidity(mesh: trimesh.Trimesh) -> float:
-    scene = scene_of_mesh(Mesh.of(mesh.vertices, mesh.faces), up=UP)
+    scene = make_mesh_scene(Mesh.of(mesh.vertices, mesh.faces), up=UP)
     thing, share, _ = fact_rows(scene, {"solidity"})["solidity"][0]
     assert thing == "t1"  # the one with most surface
     return float(share)
@@ -93,7 +93,7 @@ def test_of_what_is_unseen_that_shows_which_nothing_full_hides(
                 break
             shown += state == State.UNSEEN
     unseen = int((cells == State.UNSEEN).sum())
-    assert found.would_show(axis, sense) == (shown / unseen if unseen else 0.0)
+    assert found.measure_visible_unseen(axis, sense) == (shown / unseen if unseen else 0.0)
 
 
 # walls of a bin 40 x 40 x 50 cm, 1 cm thick; its lid; and aprons of a table 1.2 x .8 m
@@ -133,7 +133,7 @@ def test_of_a_room_the_block_in_it_is_the_thing() -> None:
 def solidity_of(points: FloatArray, eye: tuple[float, float, float]) -> Bounded:
     """That of the largest thing of a cloud that was seen from one place."""
     seen_from = np.tile(np.array(eye), (len(points), 1))
-    memo = SceneMemo.of(scene_of_cloud(Cloud.of(points, seen_from=seen_from), up=UP))
+    memo = SceneMemo.of(make_cloud_scene(Cloud.of(points, seen_from=seen_from), up=UP))
     return max(memo.filled.values(), key=lambda filled: filled.box).solidity
 
 

@@ -6,7 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from facetlog.perception.surfaces.convex_hulls import Hulls, least_rectangle, least_rectangles
+from facetlog.perception.surfaces.convex_hulls import (
+    Hulls,
+    find_least_rectangle,
+    find_least_rectangles,
+)
 
 seeds = st.integers(0, 2**32 - 1)
 some = settings(max_examples=40)
@@ -60,9 +64,9 @@ def test_corners_nearer_than_the_slack_to_their_neighbours_line_are_left_out() -
 @given(seeds)
 def test_least_rectangles_are_those_of_each_row_alone(seed: int) -> None:
     flat, there = sets(seed)
-    directions, lengths, widths = least_rectangles(flat, there)
+    directions, lengths, widths = find_least_rectangles(flat, there)
     for row, (points, own) in enumerate(zip(flat, there, strict=True)):
-        direction, length, width = least_rectangle(points[own])
+        direction, length, width = find_least_rectangle(points[own])
         np.testing.assert_allclose(directions[row], direction, atol=1e-12)
         np.testing.assert_allclose([lengths[row], widths[row]], [length, width], rtol=1e-12)
 
@@ -75,7 +79,7 @@ def test_corners_that_are_one_but_for_rounding_turn_no_rectangle(seed: int) -> N
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     corners = np.array([[0.0, 0.0], [1.2, 0.0], [1.2, 0.8], [0.0, 0.8]]) @ turn.T
     twice = scale * np.concatenate([corners, corners + rng.uniform(-1e-15, 1e-15, (4, 2))])
-    _, length, width = least_rectangle(twice)
+    _, length, width = find_least_rectangle(twice)
     assert [length, width] == pytest.approx([1.2 * scale, 0.8 * scale], rel=1e-9)
 
 

@@ -7,14 +7,14 @@ from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.grey_agreement import grey_agreement
 from facetlog.perception.types import Camera, View
-from facetlog.robot.tour import looking_at
+from facetlog.robot.tour import make_pose_looking_at
 
 SCENE = cuboid(0.3, 0.2, 0.1)
 VIEW = View(
     "a.png",
     np.zeros((240, 320), np.uint8),
     Camera(320, 240, 300, 300, 160, 120),
-    looking_at([0.7, 0.6, 0.5], [0.0, 0.0, 0.05]),
+    make_pose_looking_at([0.7, 0.6, 0.5], [0.0, 0.0, 0.05]),
 )
 FACES = hidden_surface(VIEW, SCENE).face
 

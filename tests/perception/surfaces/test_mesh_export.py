@@ -11,12 +11,12 @@ from facetlog.errors import InputError
 from facetlog.perception.scene import Face, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
+    fit_plane_through_loop,
     l_block,
-    plane_through,
     pyramid,
 )
 from facetlog.perception.surfaces.face_table import flat_faces
-from facetlog.perception.surfaces.mesh_export import face_triangles, write_mesh
+from facetlog.perception.surfaces.mesh_export import triangulate_face, write_mesh
 
 
 def with_hole() -> Scene:
@@ -25,7 +25,7 @@ def with_hole() -> Scene:
     return Scene(
         "plate",
         vertices=tuple(Vertex(np.array(p), 1e-6 * np.eye(3)) for p in (*outer, *inner)),
-        faces=(Face((0, 1, 2, 3), plane_through(outer, 1e-3), holes=((4, 5, 6, 7),)),),
+        faces=(Face((0, 1, 2, 3), fit_plane_through_loop(outer, 1e-3), holes=((4, 5, 6, 7),)),),
     )
 
 
@@ -33,7 +33,7 @@ def with_hole() -> Scene:
 def test_triangles_fill_each_face_and_look_outwards(build: object) -> None:
     scene: Scene = build()  # type: ignore[operator]
     for face in flat_faces(scene):
-        triangles = face_triangles(face, scene.points)
+        triangles = triangulate_face(face, scene.points)
         crosses = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         assert 0.5 * np.linalg.norm(crosses, axis=1).sum() == pytest.approx(face.area)
         assert (crosses @ face.normal > 0).all()

@@ -6,7 +6,11 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.surfaces.outline_overlap import Outlines, convex_loops, distances_outside
+from facetlog.perception.surfaces.outline_overlap import (
+    Outlines,
+    find_convex_loops,
+    measure_loop_distances,
+)
 
 seeds = st.integers(0, 2**32 - 1)
 some = settings(max_examples=60)
@@ -48,7 +52,7 @@ def test_shared_areas_are_those_of_shapely(seed: int) -> None:
     (_, first), (_, second) = many(seed), many(seed + 1)
     # The same outline, and one that shares a side, are where clipping is touchy.
     second[0], second[1] = first[0], first[1] + (first[1][1] - first[1][0])
-    found = outlines(first).shared_areas(outlines(second))
+    found = outlines(first).compute_shared_areas(outlines(second))
     wanted = [
         shapely.Polygon(a).intersection(shapely.Polygon(b)).area
         for a, b in zip(first, second, strict=True)
@@ -62,7 +66,7 @@ def test_what_is_not_convex_shares_what_shapely_says() -> None:
     both = outlines([ell, square])
     assert both.convex.tolist() == [False, True]
     assert both.areas.tolist() == [3.0, 2.25]
-    assert both.shared_areas(outlines([square, ell])) == pytest.approx([1.25, 1.25])
+    assert both.compute_shared_areas(outlines([square, ell])) == pytest.approx([1.25, 1.25])
 
 
 @some
@@ -83,7 +87,7 @@ def test_distances_from_convex_loops_are_those_of_shapely(seed: int) -> None:
     rng, _ = many(seed)
     loops = [ngon(rng, int(rng.integers(3, 9))) for _ in range(6)]
     where = rng.normal(size=(len(loops), 20, 2)) * 2.0
-    outside, rim = distances_outside(*padded(loops), where)
+    outside, rim = measure_loop_distances(*padded(loops), where)
     dots = shapely.points(where)
     polygons = np.array([shapely.Polygon(loop) for loop in loops])[:, None]
     np.testing.assert_allclose(outside, shapely.distance(dots, polygons), atol=1e-12)
@@ -95,4 +99,4 @@ def test_only_loops_that_turn_left_once_round_are_convex() -> None:
     pentagon = np.column_stack([np.cos(turn), np.sin(turn)])
     dart = np.array([[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0], [-1.0, 1.0]])
     loops, sizes = padded([pentagon, pentagon[::-1], pentagon[[0, 2, 4, 1, 3]], dart, pentagon[:4]])
-    assert convex_loops(loops, sizes).tolist() == [True, False, False, False, True]
+    assert find_convex_loops(loops, sizes).tolist() == [True, False, False, False, True]

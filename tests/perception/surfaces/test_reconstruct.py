@@ -21,16 +21,16 @@ from facetlog.perception.types import (
     StoredPicture,
     View,
 )
-from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled, views_of
+from facetlog.robot.rendering.views import Similarity, draw_similarity, shuffled, views_of
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from tests.rendered import solid_truth, tour
+from tests.rendered import get_solid_truth, tour
 
 FRONT_ENDS = ("lines", "paper")
 UP = np.array([0.0, 0.0, 1.0])
-TRUE = np.array(solid_truth(make_world("block")).vertices)
-FRAME = random_similarity(np.random.default_rng(11), scale=1000.0, reach=1e4)
+TRUE = np.array(get_solid_truth(make_world("block")).vertices)
+FRAME = draw_similarity(np.random.default_rng(11), scale=1000.0, reach=1e4)
 
 
 def scene_of(views: tuple[View, ...], front_end: str, up: FloatArray = UP) -> Scene:
@@ -94,7 +94,7 @@ def test_the_block_is_found_and_its_stated_deviations_are_of_the_errors_size(
     assert rms(scene) < 0.1
     assert errors(scene).max() < 0.2
     assert scene.warnings == ()
-    true = {frozenset(f) for f in solid_truth(make_world("block")).faces}
+    true = {frozenset(f) for f in get_solid_truth(make_world("block")).faces}
     assert len(loops(scene)) == len(scene.faces) == 5
     assert loops(scene) < true
     assert all(face.plane.distance(TRUE.mean(axis=0)) < -2.0 for face in scene.faces)
@@ -267,7 +267,7 @@ def test_views_left_out_for_another_lens_are_taken_when_it_is_corrected() -> Non
 def test_a_block_out_of_square_is_not_made_square() -> None:
     world = sheared(8.0)
     scene = scene_of(views_of(world, tour_poses(), tour_camera(), seed=0), "lines")
-    true = np.array(solid_truth(world).vertices)
+    true = np.array(get_solid_truth(world).vertices)
     away = np.linalg.norm(scene.points[:, None] - true[None], axis=-1)
     assert len(scene.faces) == 5
     assert away.min(axis=1).max() < 0.1

@@ -8,7 +8,7 @@ import pytest
 from facetlog.perception.scene import Patch, Scene, SeenLattice, SightLines
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scaled_scene import in_metres
-from facetlog.perception.surfaces.scene_file import scene_to_json
+from facetlog.perception.surfaces.scene_file import encode_scene
 from facetlog.perception.types import Camera, Pose
 
 
@@ -59,7 +59,7 @@ def test_all_lengths_are_scaled_and_areas_twice() -> None:
 def test_there_and_back_is_the_same_scene() -> None:
     scene = _scene()
     back = replace(in_metres(in_metres(scene, 0.25), 4.0), metric=False)
-    assert scene_to_json(back) == scene_to_json(scene)
+    assert encode_scene(back) == encode_scene(scene)
 
 
 def test_an_unsure_scale_is_stated_beside_what_was_measured() -> None:

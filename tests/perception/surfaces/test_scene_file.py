@@ -27,9 +27,9 @@ from facetlog.perception.scene import (
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner
 from facetlog.perception.surfaces.scene_file import (
     SceneFileError,
+    decode_scene,
+    encode_scene,
     read_scene,
-    scene_from_json,
-    scene_to_json,
     write_scene,
 )
 from facetlog.perception.surfaces.scene_json.scene_checks import LARGEST
@@ -138,9 +138,9 @@ def scenes(draw: st.DrawFn) -> Scene:
 @settings(max_examples=20)
 @given(scenes())
 def test_a_scene_comes_back_bit_for_bit(scene: Scene) -> None:
-    text = scene_to_json(scene)
-    back = scene_from_json(text)
-    assert scene_to_json(back) == text
+    text = encode_scene(scene)
+    back = decode_scene(text)
+    assert encode_scene(back) == text
     assert [v.cov.tobytes() for v in back.vertices] == [v.cov.tobytes() for v in scene.vertices]
 
 
@@ -148,7 +148,7 @@ SEEN = {"view": 0, "uv": [0, 0], "cov": [[1, 0], [0, 1]]}
 
 
 def _change(**changes: Any) -> str:
-    return json.dumps({**json.loads(scene_to_json(cuboid())), **changes})
+    return json.dumps({**json.loads(encode_scene(cuboid())), **changes})
 
 
 def _lattice(**changes: Any) -> str:
@@ -164,13 +164,13 @@ def _bytes(count: int) -> str:
 
 
 def test_a_lattice_is_read() -> None:
-    (lines,) = scene_from_json(_lattice()).lines_of_sight
+    (lines,) = decode_scene(_lattice()).lines_of_sight
     assert lines.view == 0
     assert lines.ends.tolist() == [[i, j, 0] for i in range(2) for j in range(3)]
 
 
 def _broken(*path: str | int, value: Any) -> str:
-    content = json.loads(scene_to_json(cuboid()))
+    content = json.loads(encode_scene(cuboid()))
     place = content
     for key in path[:-1]:
         place = place[key]
@@ -179,7 +179,7 @@ def _broken(*path: str | int, value: Any) -> str:
 
 
 def _with_copies(count: int, *, own_vertices: bool) -> str:
-    content = json.loads(scene_to_json(cuboid()))
+    content = json.loads(encode_scene(cuboid()))
     vertices, faces = content["vertices"], content["faces"]
     for i in range(count):
         outline = faces[0]["outline"][i % 4 :] + faces[0]["outline"][: i % 4]
@@ -195,9 +195,9 @@ def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read(
     own_vertices: bool,
 ) -> None:
     few = _with_copies(MOST_COPIES - 1, own_vertices=own_vertices)
-    assert len(scene_from_json(few).faces) == 6 + MOST_COPIES - 1
+    assert len(decode_scene(few).faces) == 6 + MOST_COPIES - 1
     with pytest.raises(SceneFileError, match=r"has the corners of face 0, as 3000 others: remove"):
-        scene_from_json(_with_copies(3000, own_vertices=own_vertices))
+        decode_scene(_with_copies(3000, own_vertices=own_vertices))
 
 
 @pytest.mark.parametrize(
@@ -258,6 +258,6 @@ def test_a_failed_write_leaves_the_older_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"):
         write_scene(cuboid(), tmp_path / "no" / "scene.json")
     assert [p.name for p in tmp_path.iterdir()] == ["scene.json"]
-    assert scene_to_json(read_scene(path)) == scene_to_json(cuboid())
+    assert encode_scene(read_scene(path)) == encode_scene(cuboid())
     with pytest.raises(InputError, match=r"no\.json: cannot be read: No such file"):
         read_scene(tmp_path / "no.json")

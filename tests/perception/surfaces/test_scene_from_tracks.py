@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
-from facetlog.perception.estimation.pose_noise import pose_noise_px
+from facetlog.perception.estimation.pose_noise import estimate_pose_noise_px
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scene_from_tracks import Stated, assemble
-from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
+from facetlog.perception.surfaces.scene_json.scene_checks import find_scene_faults
 from facetlog.perception.types import (
     Camera,
     FloatArray,
@@ -19,7 +19,7 @@ from facetlog.perception.types import (
     View,
 )
 from facetlog.robot.rendering.solids import cuboid
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 
 CAMERA = Camera(640, 480, 600.0, 600.0, 319.5, 239.5)
 BLOCK = cuboid(10.0, 8.0, 6.0)
@@ -30,7 +30,7 @@ BOTTOM = next(k for k, f in enumerate(BLOCK.faces) if not BLOCK.vertices[list(f)
 
 def cameras(count: int = 12) -> tuple[View, ...]:
     image = np.zeros((480, 640), np.uint8)
-    poses = ring_poses([0.0, 0.0, 3.0], 30.0, (15.0, 22.0), count)
+    poses = make_ring_poses([0.0, 0.0, 3.0], 30.0, (15.0, 22.0), count)
     return tuple(View(f"{k}.png", image, CAMERA, pose) for k, pose in enumerate(poses))
 
 
@@ -88,7 +88,7 @@ def test_the_poses_own_error_is_measured(px: float) -> None:
         )
         recorded = turned_a_little(views, np.random.default_rng([seed, 1]), px)
         projections = np.array([v.projection for v in recorded])
-        noise.append(pose_noise_px(uv, cov, np.ones(uv.shape[:2], np.bool_), projections))
+        noise.append(estimate_pose_noise_px(uv, cov, np.ones(uv.shape[:2], np.bool_), projections))
     assert np.mean(noise) == pytest.approx(px, rel=0.25, abs=0.4 * PIXEL_SD)
 
 
@@ -322,5 +322,5 @@ def test_a_hole_that_reaches_beyond_its_face_or_is_not_seen_whole_is_none(seen: 
         found if seen else replace(found, tracks=(*found.tracks[:-1], Track(()))), views
     )
     assert len(scene.faces) == 5
-    assert not list(scene_faults(scene))
+    assert not list(find_scene_faults(scene))
     assert not any(f.holes for f in scene.faces)

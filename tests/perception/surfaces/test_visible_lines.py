@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.drawing_facts import flat_along
+from facetlog.perception.facts.drawing_facts import find_flat_edges
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import Junction
 from facetlog.perception.scene import Scene
@@ -28,7 +28,7 @@ from tests.drawn_scenes import CAMERA, looking, viewed
 def drawn(scene: Scene, view: int = 0) -> VisibleLines:
     memo = SceneMemo.of(scene)
     camera, pose = scene.cameras[view], scene.poses[view]
-    return visible_lines(memo.table, memo.edges, memo.bounds, flat_along(memo), camera, pose)
+    return visible_lines(memo.table, memo.edges, memo.bounds, find_flat_edges(memo), camera, pose)
 
 
 def in_sight(scene: Scene, points: FloatArray, eye: FloatArray) -> NDArray[np.bool_]:

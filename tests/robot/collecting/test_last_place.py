@@ -5,7 +5,7 @@ import math
 import time
 from pathlib import Path
 
-from facetlog.robot.collecting.option_words import stated_pose
+from facetlog.robot.collecting.option_words import format_start_pose
 from facetlog.robot.collecting.record import LOG_FILE
 from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.collecting.run_sessions import last_place
@@ -57,4 +57,4 @@ def test_a_run_that_ended_says_where_it_stands(tmp_path: Path) -> None:
     _log(tmp_path, began, {"result": "ended", "robot": [1.5, 0.25, 90.0]})
     last = last_place(tmp_path)
     assert last is not None
-    assert (last.how, stated_pose(last.pose)) == ("where it ended it was", "1.500,0.250,90.0")
+    assert (last.how, format_start_pose(last.pose)) == ("where it ended it was", "1.500,0.250,90.0")

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.collecting.simulated_robot import coasts_when_cut, with_line
+from facetlog.robot.collecting.simulated_robot import add_line_hint, describe_coasting
 from facetlog.robot.pioneer.guard import Cause, Problem
-from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.parameters import find_parameters
 from facetlog.robot.simulator.firmware.factory_settings import make_default_configuration
 
 FAULT = DeviceTimeout("the camera head does not answer: check that it has power")
@@ -18,7 +18,7 @@ def _quiet(*times: float) -> list[Problem]:
 
 
 def test_a_fault_after_many_silences_is_laid_to_the_line() -> None:
-    fault = with_line(FAULT, _quiet(5, 80, 85, 90), 100.0)
+    fault = add_line_hint(FAULT, _quiet(5, 80, 85, 90), 100.0)
     assert isinstance(fault, DeviceTimeout)
     assert str(fault).startswith(str(FAULT))
     assert "3 times in 30 s no whole report" in str(fault)
@@ -37,13 +37,13 @@ def test_a_fault_after_many_silences_is_laid_to_the_line() -> None:
 )
 def test_a_fault_with_another_reason_is_reported_unchanged(problems: list[Problem]) -> None:
     fault = DeviceError("the wheels are stalled")
-    assert with_line(fault, problems, 100.0) is fault
+    assert add_line_hint(fault, problems, 100.0) is fault
 
 
 def test_how_far_a_robot_goes_on_when_its_line_is_cut_is_said_if_it_is_far() -> None:
-    usual = make_default_configuration(parameters_of("p3dx"), "robot")
-    assert "for 0.4 m before it brakes" in coasts_when_cut(usual, 0.2)
-    assert coasts_when_cut(replace(usual, watchdog_ms=500), 0.4) == ""
+    usual = make_default_configuration(find_parameters("p3dx"), "robot")
+    assert "for 0.4 m before it brakes" in describe_coasting(usual, 0.2)
+    assert describe_coasting(replace(usual, watchdog_ms=500), 0.4) == ""
     for unknown in (None, replace(usual, watchdog_ms=None)):
-        assert "does not report its watchdog" in coasts_when_cut(unknown, 0.5)
-    assert "would not stop" in coasts_when_cut(replace(usual, watchdog_ms=0), 0.5)
+        assert "does not report its watchdog" in describe_coasting(unknown, 0.5)
+    assert "would not stop" in describe_coasting(replace(usual, watchdog_ms=0), 0.5)

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops, shows
-from facetlog.robot.collecting.route import Circle, distance_to
-from facetlog.robot.collecting.tour_file import Tour, TourView, paper_tour
+from facetlog.robot.collecting.route import Circle, measure_distance_to
+from facetlog.robot.collecting.tour_file import Tour, TourView, make_paper_tour
 from facetlog.robot.mount.kinematics import camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT, Mount
 from facetlog.robot.pose2 import Pose2, wrapped
-from facetlog.robot.tour import looking_at, tour_camera
+from facetlog.robot.tour import make_pose_looking_at, tour_camera
 from tests.robot.collecting.fakes import SONY
 
-TOUR, CAMERA = paper_tour(), tour_camera()
+TOUR, CAMERA = make_paper_tour(), tour_camera()
 TARGET = TOUR.target
 assert TARGET is not None
 CLOSED = (Circle(float(TARGET[0]), float(TARGET[1]), 0.8),)
@@ -39,7 +39,7 @@ def test_the_papers_views_are_taken_from_their_places() -> None:
             np.testing.assert_allclose(pose.rotation, stop.view.pose.rotation, atol=1e-6)
         assert SONY.pan_min <= stop.gaze.pan <= SONY.pan_max
         assert SONY.tilt_min <= stop.gaze.tilt <= SONY.tilt_max
-        assert distance_to(CLOSED, (stop.robot.x, stop.robot.y)) >= 0
+        assert measure_distance_to(CLOSED, (stop.robot.x, stop.robot.y)) >= 0
 
 
 def test_a_tilt_beyond_the_heads_is_reported_and_the_nearest_taken() -> None:
@@ -55,8 +55,8 @@ def test_a_tilt_beyond_the_heads_is_reported_and_the_nearest_taken() -> None:
 
 def test_a_view_that_would_lose_the_object_is_left_out() -> None:
     point = np.array([2.0, 0.0, 0.0])
-    low = TourView("low.png", looking_at((0.5, 0.3, 0.5), point))
-    steep = TourView("steep.png", looking_at((1.8, 0.0, 2.5), point))
+    low = TourView("low.png", make_pose_looking_at((0.5, 0.3, 0.5), point))
+    steep = TourView("steep.png", make_pose_looking_at((1.8, 0.0, 2.5), point))
     reach = Reach(Mount(z=2.5), SONY, CAMERA)
     plan = plan_stops(Tour("t", (low, steep)), Pose2(), reach)
     assert [each.name for each in plan.skipped] == ["low.png", "steep.png"]
@@ -79,7 +79,7 @@ def test_a_view_behind_circles_that_leave_no_way_is_left_out_of_the_plan() -> No
         for a in np.linspace(0, math.tau, 6, endpoint=False)
     )
     reach = replace(REACH, closed=fence)
-    assert distance_to(fence, (float(fenced[0]), float(fenced[1]))) > 0
+    assert measure_distance_to(fence, (float(fenced[0]), float(fenced[1]))) > 0
     plan = plan_stops(TOUR, Pose2(5.0, 5.0, 0.0), reach, order=[2, 12])
     assert [stop.number for stop in plan.stops] == [13]
     assert [each.number for each in plan.skipped] == [3]

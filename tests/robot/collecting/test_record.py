@@ -16,10 +16,10 @@ from facetlog.robot.collecting.record import (
     LOG_FILE,
     Record,
     Taken,
+    format_robot_tum,
     read_log,
     read_record,
     read_robot_tum,
-    robot_tum,
 )
 from facetlog.robot.mount.kinematics import Gaze, camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
@@ -102,7 +102,7 @@ def test_the_robots_way_is_read_as_it_was_written(
 ) -> None:
     way = [(1.7e9 + i, Pose2(0.1 * i, -0.2, heading)) for i, heading in enumerate(headings)]
     path = tmp_path / "odometry.tum"
-    path.write_text(robot_tum(way), encoding="utf-8")
+    path.write_text(format_robot_tum(way), encoding="utf-8")
     again = read_robot_tum(path)
     assert [at for at, _ in again] == [at for at, _ in way]
     for (_, here), (_, there) in zip(again, way, strict=True):

@@ -17,7 +17,7 @@ import pytest
 
 from facetlog.cli import main
 from facetlog.perception.step_clock import StepClock
-from facetlog.pipeline import recognize_views, views_from
+from facetlog.pipeline import read_views_from, recognize_views
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station
@@ -198,7 +198,7 @@ def test_the_papers_block_is_recognised_from_the_views_that_were_collected(
     assert code == 0, printed.err
     assert (document["taken"], document["fault"]) == (24, None)
     found = recognize_views(
-        views_from(out, unit="m", progress=None, clock=StepClock()), clock=StepClock()
+        read_views_from(out, unit="m", progress=None, clock=StepClock()), clock=StepClock()
     )
     assert found.recognition.models == {"box"}
     sizes = sorted(size.value for size in found.recognition.best[0].sizes)

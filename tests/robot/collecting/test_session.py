@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.commands.robot_words import early_end_line
+from facetlog.commands.robot_words import format_early_end
 from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera.optics import Optics
@@ -19,16 +19,16 @@ from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
 from facetlog.robot.collecting.route import Circle
-from facetlog.robot.collecting.session import SETTLE, Ended, Rig, collect, end_recorded
+from facetlog.robot.collecting.session import SETTLE, Ended, Rig, collect, record_end
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.collecting.tour_file import paper_tour
+from facetlog.robot.collecting.tour_file import make_paper_tour
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead, FakeRobot, FakeState
 
-TOUR = paper_tour()
+TOUR = make_paper_tour()
 OPTICS = Optics(tour_camera())
 TARGET = TOUR.target
 assert TARGET is not None
@@ -55,7 +55,7 @@ class Heard:
         self.warnings.append(message)
 
     def ended_early(self, ended: Ended, there: int, total: int) -> None:
-        self.warnings.append(early_end_line(ended, there, total))
+        self.warnings.append(format_early_end(ended, there, total))
 
 
 def _picture(robot: Pose2, head: HeadState) -> Image:
@@ -242,7 +242,7 @@ def test_ctrl_c_stops_the_robot(tmp_path: Path) -> None:
 
 def _collected(scene: Scene, *numbers: int) -> None:
     stops = scene.plan(*numbers).stops
-    with end_recorded(scene.rig, len(stops), scene.record, scene.heard):
+    with record_end(scene.rig, len(stops), scene.record, scene.heard):
         collect(scene.rig, stops, scene.record, scene.heard)
 
 

@@ -10,8 +10,8 @@ from facetlog.cli import main
 from facetlog.errors import DeviceTimeout, InputError
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.simulated_robot import (
-    camera_and_optics,
     check_start,
+    choose_camera_and_optics,
 )
 from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pose2 import Pose2
@@ -33,7 +33,7 @@ class ConnectedRobot:
             return None
         return Configuration("Pioneer", "p3dx", self.serial_number)
 
-    def true_pose(self) -> Pose2:
+    def ask_true_pose(self) -> Pose2:
         if self.true is None:
             raise DeviceTimeout("the robot does not report the true pose")
         return self.true
@@ -63,19 +63,19 @@ def test_the_true_pose_of_a_real_robot_is_not_requested(serial_number: str | Non
 @pytest.mark.parametrize("address", ["tcp:127.0.0.1:8101", "localhost:8101", "/dev/pts/3"])
 def test_only_a_robot_that_says_so_has_the_simulated_camera(address: str) -> None:
     said: list[str] = []
-    seen = camera_and_optics(ConnectedRobot(), address, None, None, said.append)
+    seen = choose_camera_and_optics(ConnectedRobot(), address, None, None, said.append)
     assert seen.camera == CAMERA
     assert "--camera" in said[0]
     assert "--camera-file" in said[1]
     for serial_number in (None, "AB1234", "SIM"):
         robot = ConnectedRobot(serial_number)
         with pytest.raises(InputError, match=f"which camera is on {address}.* --camera"):
-            camera_and_optics(robot, address, None, None, _quiet)
+            choose_camera_and_optics(robot, address, None, None, _quiet)
         # The calibration is not that of the simulated camera either, wherever a tunnel ends.
         with pytest.raises(InputError, match="needs its calibration: give --camera-file"):
-            camera_and_optics(robot, address, "http://127.0.0.1:8080/", None, _quiet)
+            choose_camera_and_optics(robot, address, "http://127.0.0.1:8080/", None, _quiet)
         optics = Optics(tour_camera())
-        assert camera_and_optics(robot, address, "0", optics, _quiet).optics is optics
+        assert choose_camera_and_optics(robot, address, "0", optics, _quiet).optics is optics
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.route import Circle, shortest_route
+from facetlog.robot.collecting.route import Circle, find_shortest_route
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.pose2 import Pose2
 from tests.robot.collecting.fakes import FakeRobot
@@ -33,7 +33,7 @@ def test_a_way_round_a_circle_never_enters_it(speed: float) -> None:
     circle = Circle(0.0, 0.0, 0.8)
     robot = FakeRobot(Pose2(-1.0, 0.0, 0.0))
     base = MobileBase(robot, Pose2(-1.0, 0.0, 0.0), pace=Pace(speed=speed))
-    way = shortest_route((-1.0, 0.0), (1.0, 0.1), (circle.grown(0.03),))
+    way = find_shortest_route((-1.0, 0.0), (1.0, 0.1), (circle.grown(0.03),))
     assert way is not None
     base.follow(way)
     base.stand(0.2)

@@ -7,9 +7,9 @@ import pytest
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
-from facetlog.robot.collecting.tour_file import Tour, TourView, paper_tour, read_tour
+from facetlog.robot.collecting.tour_file import Tour, TourView, make_paper_tour, read_tour
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH
-from facetlog.robot.tour import looking_at
+from facetlog.robot.tour import make_pose_looking_at
 
 HEADER = "image,x,y,z,pan_deg,tilt_deg,skew_deg\n"
 
@@ -21,7 +21,7 @@ def _written(folder: Path, text: str) -> Path:
 
 
 def test_the_papers_tour_looks_at_the_block_in_metres() -> None:
-    tour = paper_tour()
+    tour = make_paper_tour()
     assert len(tour.views) == 24
     np.testing.assert_allclose(tour.views[0].pose.centre, [9 * INCH, 14 * INCH, 28.5 * INCH])
     assert tour.target is not None
@@ -62,6 +62,8 @@ def test_errors_name_their_line(
 def test_the_target_is_where_lines_of_sight_cross() -> None:
     point = np.array([0.3, 0.4, 0.2])
     eyes = [(1.5, 0.0, 0.7), (0.0, 2.0, 0.6), (-1.0, -1.0, 0.8)]
-    tour = Tour("t", tuple(TourView(f"{i}.png", looking_at(e, point)) for i, e in enumerate(eyes)))
+    tour = Tour(
+        "t", tuple(TourView(f"{i}.png", make_pose_looking_at(e, point)) for i, e in enumerate(eyes))
+    )
     assert tour.target is not None
     np.testing.assert_allclose(tour.target, point, atol=1e-9)

@@ -13,16 +13,16 @@ from facetlog.robot.collecting.drive import (
     UNNOTICED,
     Body,
     MobileBase,
-    free_ahead,
-    safe_speed,
+    compute_safe_speed,
+    measure_free_way,
 )
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.parameters import find_parameters
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 from tests.robot.collecting.fakes import FakeRobot, FakeState
 
-P3DX = parameters_of("p3dx")
+P3DX = find_parameters("p3dx")
 BODY = Body(P3DX.radius, P3DX.width)
 
 
@@ -32,26 +32,26 @@ def echo(index: int, metres: float, at: float = 0.0) -> SonarRange:
 
 @given(st.floats(0.0, 10.0))
 def test_from_the_safe_speed_the_robot_stands_before_what_it_sees(free: float) -> None:
-    speed = safe_speed(free)
+    speed = compute_safe_speed(free)
     assert speed >= 0
     assert speed * UNNOTICED + speed**2 / (2 * BRAKING) <= free + 1e-9
 
 
 def test_an_echo_straight_ahead_is_as_far_as_the_robots_front_is_from_it() -> None:
     front = P3DX.sonars[3].x + 1.0 * math.cos(math.radians(10 - 7.5))
-    assert free_ahead([echo(3, 1.0)], BODY, 0.0, 0.0) == pytest.approx(front - 0.25, abs=0.02)
+    assert measure_free_way([echo(3, 1.0)], BODY, 0.0, 0.0) == pytest.approx(front - 0.25, abs=0.02)
 
 
 @pytest.mark.parametrize("index", [0, 7, 8, 11, 15])
 def test_what_is_beside_or_behind_is_not_in_the_way(index: int) -> None:
-    assert free_ahead([echo(index, 0.4)], BODY, 0.0, 0.0) == math.inf
+    assert measure_free_way([echo(index, 0.4)], BODY, 0.0, 0.0) == math.inf
 
 
 def test_the_robot_has_come_nearer_since_an_echo_and_an_old_one_is_none() -> None:
-    fresh = free_ahead([echo(3, 1.0, at=10.0)], BODY, 10.0, 0.5)
-    assert free_ahead([echo(3, 1.0, at=10.0)], BODY, 10.4, 0.5) == pytest.approx(fresh - 0.2)
-    assert free_ahead([echo(3, 1.0, at=10.0)], BODY, 12.0, 0.5) == math.inf
-    assert free_ahead([SonarRange(3, 1.0, 10.0, None)], BODY, 10.0, 0.5) == math.inf
+    fresh = measure_free_way([echo(3, 1.0, at=10.0)], BODY, 10.0, 0.5)
+    assert measure_free_way([echo(3, 1.0, at=10.0)], BODY, 10.4, 0.5) == pytest.approx(fresh - 0.2)
+    assert measure_free_way([echo(3, 1.0, at=10.0)], BODY, 12.0, 0.5) == math.inf
+    assert measure_free_way([SonarRange(3, 1.0, 10.0, None)], BODY, 10.0, 0.5) == math.inf
 
 
 class Wall:

@@ -11,12 +11,12 @@ from facetlog.robot.head.canon import (
     CanonSyntaxError,
     encode_angle,
     encode_command,
-    hexadecimal,
+    encode_hexadecimal,
     move,
     number,
     parse_answer,
     parse_command,
-    position_of,
+    parse_position,
 )
 
 FRAMES = [
@@ -29,10 +29,13 @@ FRAMES = [
     (encode_command(CanonCommand.ZOOM_REQUEST, b"3"), "FF 30 30 00 B4 33 EF"),
     # Pan right 90°, tilt down 30° (manual, page 52).
     (move(800, -267), "FF 30 30 00 62 38 33 32 30 37 45 46 35 EF"),
-    (encode_command(CanonCommand.ZOOM, hexadecimal(256, 4)), "FF 30 30 00 B3 30 31 30 30 EF"),
+    (
+        encode_command(CanonCommand.ZOOM, encode_hexadecimal(256, 4)),
+        "FF 30 30 00 B3 30 31 30 30 EF",
+    ),
     # 350 counts a second (manual, page 27).
     (
-        encode_command(CanonCommand.TILT_SPEED, hexadecimal(350, 3)),
+        encode_command(CanonCommand.TILT_SPEED, encode_hexadecimal(350, 3)),
         "FF 30 30 00 51 31 35 45 EF",
     ),
     # The range of tilt that ARIA and p2os set.
@@ -52,7 +55,7 @@ def test_answers_are_the_bytes_of_the_manual() -> None:
     position = bytes.fromhex("FE 30 30 30 30 38 33 32 30 37 45 46 35 EF")
     answer = parse_answer(position)
     assert answer.error is CanonError.NONE
-    assert position_of(answer.data) == (800, -267)
+    assert parse_position(answer.data) == (800, -267)
     assert answer.to_bytes() == position
     assert parse_answer(bytes.fromhex("FE 30 30 31 30 EF")) == Answer(CanonError.BUSY)
     zoom = parse_answer(bytes.fromhex("FE 30 30 30 30 30 31 30 30 EF"))
@@ -74,7 +77,7 @@ def test_no_bytes_crash_the_reader_of_answers(data: bytes) -> None:
     except CanonSyntaxError:
         return
     try:
-        position_of(answer.data)
+        parse_position(answer.data)
     except CanonSyntaxError:
         return
     assert len(answer.data) == 8

@@ -15,7 +15,7 @@ from facetlog.robot.head.canon import (
     CanonCommand,
     CanonModel,
     encode_command,
-    hexadecimal,
+    encode_hexadecimal,
     move,
 )
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
@@ -133,7 +133,7 @@ def test_a_head_that_is_switched_off_meanwhile_is_reported(model: CanonModel) ->
 
 def test_a_head_that_is_slowed_down_is_waited_for_until_the_timeout() -> None:
     head, line = started()
-    line.device.receive(encode_command(CanonCommand.PAN_SPEED, hexadecimal(8, 3)), line.now)
+    line.device.receive(encode_command(CanonCommand.PAN_SPEED, encode_hexadecimal(8, 3)), line.now)
     line.sleep(0.2)
     before = line.now
     with pytest.raises(DeviceTimeout, match="not still"):

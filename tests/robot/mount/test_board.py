@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image, Pose
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.mount.board import Board, straight_pixels
+from facetlog.robot.mount.board import Board, undistort_pixels
 from facetlog.robot.tour import tour_camera
 
 CAMERA = tour_camera()
@@ -102,4 +102,4 @@ def test_distortion_is_taken_out(optics: Optics) -> None:
         seen, _ = cv2.fisheye.projectPoints(
             points.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), CAMERA.matrix, bent
         )
-    np.testing.assert_allclose(straight_pixels(optics, seen.reshape(-1, 2)), ideal, atol=0.02)
+    np.testing.assert_allclose(undistort_pixels(optics, seen.reshape(-1, 2)), ideal, atol=0.02)

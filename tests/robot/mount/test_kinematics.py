@@ -12,8 +12,8 @@ from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.robot.mount.kinematics import (
     Gaze,
     camera_pose,
-    gaze_at,
-    pose_covariance,
+    compute_pose_covariance,
+    find_gaze,
     stand_for,
 )
 from facetlog.robot.mount.mount import PARAMETERS, Mount
@@ -52,7 +52,7 @@ def test_the_head_looks_at_the_point_it_is_sent_to(
     point = np.array(
         [robot.x + distance * math.cos(bearing), robot.y + distance * math.sin(bearing), height]
     )
-    pose = camera_pose(robot, mount, gaze_at(robot, mount, point))
+    pose = camera_pose(robot, mount, find_gaze(robot, mount, point))
     x, y, z = pose.rotation.T @ (point - pose.centre)
     assert z > 0
     assert math.hypot(x, y) / z < 1e-6
@@ -77,7 +77,7 @@ def test_the_covariance_is_that_of_many_drawn_poses() -> None:
     mount = Mount(x=0.1, z=0.7, pinhole_ahead=0.05, sds=tuple(sds.tolist()))
     robot, gaze, head_sd = Pose2(1.0, 2.0, 0.7), Gaze(0.6, -0.4), 0.003
     root = np.array([[0.02, 0.0, 0.0], [0.01, 0.015, 0.0], [0.004, -0.003, 0.01]])
-    found = pose_covariance(robot, root @ root.T, mount, gaze, head_sd)
+    found = compute_pose_covariance(robot, root @ root.T, mount, gaze, head_sd)
     centre = camera_pose(robot, mount, gaze)
     drawn = []
     for _ in range(4000):
@@ -86,7 +86,7 @@ def test_the_covariance_is_that_of_many_drawn_poses() -> None:
         pan, tilt = gaze.pan + head_sd * rng.normal(), gaze.tilt + head_sd * rng.normal()
         pose = camera_pose(
             Pose2(robot.x + dx, robot.y + dy, robot.heading + dh),
-            mount.with_values(tuple(values.tolist())),
+            mount.replace_values(tuple(values.tolist())),
             Gaze(pan, tilt),
         )
         turn = Rotation.from_matrix(pose.rotation @ centre.rotation.T).as_rotvec()

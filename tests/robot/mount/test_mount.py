@@ -11,7 +11,7 @@ from facetlog.robot.mount.mount import (
     DEFAULT_MOUNT,
     PARAMETERS,
     Mount,
-    mount_text,
+    format_mount,
     read_mount,
 )
 
@@ -22,9 +22,9 @@ def test_the_names_of_the_numbers_are_those_of_the_fields_in_their_order() -> No
 
 def test_what_is_written_is_read_again(tmp_path: Path) -> None:
     values = tuple(0.01 * (i + 1) for i in range(len(PARAMETERS)))
-    mount = replace(Mount().with_values(values), sds=tuple(v / 10 for v in values))
+    mount = replace(Mount().replace_values(values), sds=tuple(v / 10 for v in values))
     path = tmp_path / "mount.toml"
-    path.write_text(mount_text(mount, remarks=("by hand",)), encoding="utf-8")
+    path.write_text(format_mount(mount, remarks=("by hand",)), encoding="utf-8")
     again = read_mount(path)
     assert again.values == pytest.approx(values, abs=1e-6)
     assert again.sds == pytest.approx(mount.sds, abs=1e-6)

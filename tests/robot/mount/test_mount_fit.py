@@ -10,7 +10,7 @@ from facetlog.errors import InputError
 from facetlog.perception.types import Pose
 from facetlog.robot.mount.board import Corners
 from facetlog.robot.mount.fit import Sighting, fit_mount
-from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, find_gaze
 from facetlog.robot.mount.mount import DEFAULT_MOUNT, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
@@ -43,7 +43,7 @@ def _sightings(
         off = rng.multivariate_normal(np.zeros(3), ODOMETRY if number else 0 * ODOMETRY)
         told = Pose2(true.x + off[0], true.y + off[1], true.heading + off[2])
         middle = BOARD.centre + BOARD.rotation @ GRID.mean(axis=0)
-        at = gaze_at(true, TRUE, middle)
+        at = find_gaze(true, TRUE, middle)
         for pan, tilt in ((0, 0), (0.2, 0.1), (-0.2, 0.1), (0.2, -0.1), (-0.2, -0.1))[:aims]:
             gaze = Gaze(at.pan + pan, at.tilt + tilt)
             pose = camera_pose(true, TRUE, gaze)

@@ -45,7 +45,7 @@ class Drive:
         self.run(0.3)
         if enabled:
             for _ in range(10):
-                self.send(*self.control.switching(on=True))
+                self.send(*self.control.list_switching_packets(on=True))
                 self.run(0.5)
                 if self.robot.motors and self.state.motors_on is not False:
                     break
@@ -60,9 +60,9 @@ class Drive:
 
     def send(self, *packets: Packet) -> None:
         for packet in packets:
-            for first in self.control.motion.before_other(self.now):
+            for first in self.control.motion.list_packets_before(self.now):
                 self._put(first)
-            self.control.goes_out(packet)
+            self.control.note_outgoing(packet)
             self._put(packet)
 
     def run(
@@ -86,7 +86,7 @@ class Drive:
         for packet in self.control.advance(self.now):
             self._put(packet)
         self.now += TICK
-        said = self._damaged(self.robot.pending(self.now))
+        said = self._damage_bytes(self.robot.pending(self.now))
         if self.silent or self.cut:
             said = b""
         strange = self._receiver.strange
@@ -104,9 +104,9 @@ class Drive:
     def _put(self, packet: Packet) -> None:
         self.sent.append((self.now, packet))
         if not self.cut:
-            self.robot.receive(self._damaged(packet.to_bytes()), self.now)
+            self.robot.receive(self._damage_bytes(packet.to_bytes()), self.now)
 
-    def _damaged(self, data: bytes) -> bytes:
+    def _damage_bytes(self, data: bytes) -> bytes:
         if not self.damage:
             return data
         return bytes(
@@ -115,7 +115,7 @@ class Drive:
         )
 
 
-def speeds_sent(drive: Drive, since: float) -> list[tuple[str, int]]:
+def list_speeds_sent(drive: Drive, since: float) -> list[tuple[str, int]]:
     """VEL and RVEL that were sent, with their values."""
     told = []
     for name in drive.names(since):
@@ -129,4 +129,4 @@ def way(robot: ScriptedRobot) -> float:
     return math.hypot(robot.x, robot.y)
 
 
-__all__ = ["CONFIGURATION", "TICK", "Drive", "speeds_sent", "way"]
+__all__ = ["CONFIGURATION", "TICK", "Drive", "list_speeds_sent", "way"]

@@ -268,7 +268,7 @@ class ScriptedPort:
             with self.lock:
                 data = self.robot.pending(self.clock())
             if data or time.monotonic() >= deadline:
-                return self._damaged(data)
+                return self._damage_bytes(data)
             time.sleep(0.002)
 
     def write(self, data: bytes) -> None:
@@ -277,7 +277,7 @@ class ScriptedPort:
         with self.lock:
             self.written.append((self.clock(), data))
             if not self.robot.frozen:
-                self.robot.receive(self._damaged(data), self.clock())
+                self.robot.receive(self._damage_bytes(data), self.clock())
 
     def set_baud(self, baud: int) -> None:
         self.bauds.append(baud)
@@ -285,7 +285,7 @@ class ScriptedPort:
     def close(self) -> None:
         self.closed = True
 
-    def _damaged(self, data: bytes) -> bytes:
+    def _damage_bytes(self, data: bytes) -> bytes:
         if not self.damage:
             return data
         return bytes(

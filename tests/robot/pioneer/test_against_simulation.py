@@ -40,10 +40,10 @@ class Run:
         )
         for received in self.connected.received:
             self.control.take(received)
-        self.start = self.true_pose()
+        self.start = self.ask_true_pose()
         while self.state.motors_on is False:
-            for packet in self.control.switching(on=True):
-                self.control.goes_out(packet)
+            for packet in self.control.list_switching_packets(on=True):
+                self.control.note_outgoing(packet)
                 self.port.write(packet.to_bytes())
                 self.run(0.05)
             self.run(0.2)
@@ -53,7 +53,7 @@ class Run:
         assert self.control.state is not None
         return self.control.state
 
-    def true_pose(self) -> Pose2:
+    def ask_true_pose(self) -> Pose2:
         truth = self.simulation.state(self.port.now).truth
         return Pose2(truth.x, truth.y, truth.heading)
 
@@ -103,7 +103,7 @@ def test_the_covariance_is_honest_of_simulated_robots() -> None:
             run.run(3.0, 0.3, 0.0)
             run.run(2.0, 0.0, 0.4)
         run.run(1.5)
-        state, true = run.state, run.start.between(run.true_pose())
+        state, true = run.state, run.start.between(run.ask_true_pose())
         assert state.standing
         off = np.array(
             [
@@ -123,7 +123,7 @@ def test_every_model_is_driven_along_a_curve_and_knows_its_pose(model: str) -> N
     run.run(8.0, 0.2, 0.25)
     run.control.stop()
     run.run(1.5)
-    pose, true = run.state.pose, run.start.between(run.true_pose())
+    pose, true = run.state.pose, run.start.between(run.ask_true_pose())
     unit = run.connected.parameters.distance
     assert math.hypot(true.x, true.y) > 0.8
     assert math.hypot(pose.x - true.x, pose.y - true.y) < 2 * unit + 0.002
@@ -147,7 +147,7 @@ def test_damaged_bytes_and_frozen_lines_cost_the_pose_nothing(rate: float) -> No
         run.run(0.5, 0.25, 0.2)
     simulation.inject(Fault(FaultKind.CORRUPT, on=False), run.port.now)
     run.run(2.0)
-    pose, true = run.state.pose, run.start.between(run.true_pose())
+    pose, true = run.state.pose, run.start.between(run.ask_true_pose())
     assert run.state.standing
     assert math.hypot(pose.x - true.x, pose.y - true.y) < 2e-3
     assert abs(wrapped(pose.heading - true.heading)) < 0.004
@@ -197,7 +197,7 @@ def test_a_robot_that_counts_in_other_units_is_stopped_before_it_is_far() -> Non
     run.run(2.0)
     assert [p.cause for p in run.control.problems] == [Cause.SCALE]
     assert run.state.standing
-    assert run.start.between(run.true_pose()).x < 2.0
+    assert run.start.between(run.ask_true_pose()).x < 2.0
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -15,7 +15,7 @@ from facetlog.robot.pioneer.guard import Cause
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.packets.packet import Packet, Received
 from facetlog.robot.pioneer.parameters import MODELS
-from tests.robot.pioneer.drives import Drive, speeds_sent, way
+from tests.robot.pioneer.drives import Drive, list_speeds_sent, way
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot
 
 STAND = 0.6  # seconds after the caller's death, of the issue
@@ -48,7 +48,7 @@ def test_a_robot_stands_within_the_limit_after_the_last_renewal() -> None:
     drive.run(2.0)
     assert drive.robot.stopped_at is not None
     assert drive.robot.stopped_at - died < STAND
-    assert speeds_sent(drive, died)[-2:] == [("VEL", 0), ("RVEL", 0)]
+    assert list_speeds_sent(drive, died)[-2:] == [("VEL", 0), ("RVEL", 0)]
     assert causes(drive) == [Cause.LEASE]
     drive.run(1.0, (0.1, 0.0))  # the lease is no offence
     assert drive.state.speed > 0
@@ -62,7 +62,7 @@ def test_a_robot_is_stopped_at_once_when_the_thread_that_drives_has_ended() -> N
     alive = False
     died = drive.now
     drive.run(0.05)
-    assert ("VEL", 0) in speeds_sent(drive, died)
+    assert ("VEL", 0) in list_speeds_sent(drive, died)
     drive.run(1.0)
     assert "thread" in drive.control.problems[-1].text
     assert drive.robot.stopped_at is not None
@@ -186,7 +186,7 @@ def test_what_the_robot_reports_stops_it_and_is_said(
     drive.run(0.6)
     assert causes(drive)[0] is cause
     assert text in drive.control.problems[0].text
-    assert speeds_sent(drive, since)[-2:] == [("VEL", 0), ("RVEL", 0)]
+    assert list_speeds_sent(drive, since)[-2:] == [("VEL", 0), ("RVEL", 0)]
     assert drive.robot.speed == 0
     with pytest.raises(DeviceError, match="clear_stop"):
         drive.control.drive(-0.1, 0.0, 0.3, drive.now)

@@ -27,7 +27,7 @@ def test_clipped_speeds_keep_to_the_limits_and_to_the_curve(speed: float, turnin
 
 def test_the_robots_own_limits_go_before_the_users() -> None:
     slow = replace(CONFIGURATION, speed_top=200, turning_top=20, acceleration_top=500)
-    limits = Limits(speed=1.0).of_robot(MODELS["p3dx"], slow)
+    limits = Limits(speed=1.0).restrict_to_robot(MODELS["p3dx"], slow)
     assert limits.speed == pytest.approx(0.2)
     assert limits.turning == pytest.approx(math.radians(20))
     assert limits.deceleration == pytest.approx(0.5)
@@ -40,15 +40,15 @@ def test_the_batterys_limit_is_the_users_else_the_robots(
     given_v: float | None, robots: int, expected: float
 ) -> None:
     configuration = replace(CONFIGURATION, low_battery=robots)
-    limits = Limits(battery_v=given_v).of_robot(MODELS["p3dx"], configuration)
+    limits = Limits(battery_v=given_v).restrict_to_robot(MODELS["p3dx"], configuration)
     assert limits.battery_v == expected
 
 
 def test_the_default_speeds_are_braked_from_in_time() -> None:
     limits = Limits()
-    assert limits.brakes_in_time(limits.speed, limits.turning)
-    assert not limits.brakes_in_time(limits.speed * 1.1, 0.0)
-    assert not limits.brakes_in_time(0.0, limits.turning * 1.1)
+    assert limits.can_brake_in_time(limits.speed, limits.turning)
+    assert not limits.can_brake_in_time(limits.speed * 1.1, 0.0)
+    assert not limits.can_brake_in_time(0.0, limits.turning * 1.1)
     assert BRAKING_TIME + 0.3 < 0.6
 
 

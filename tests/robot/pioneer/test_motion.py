@@ -50,7 +50,7 @@ def test_no_speed_is_sent_without_a_lease_and_none_first_after_a_gap(
             case "seen", _:
                 motion.saw(standing=True)
             case "other", _:
-                packets = motion.before_other(now)
+                packets = motion.list_packets_before(now)
                 other = [(Command(p.kind), read_argument(p)) for p in packets]
                 check([*other, (Command.CONFIG, 1)])
             case _, float(seconds):

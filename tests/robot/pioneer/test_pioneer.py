@@ -74,7 +74,7 @@ def test_a_robot_is_connected_driven_and_left_standing_with_its_motors_off() -> 
 
 def test_every_request_is_answered() -> None:
     with Pioneer.connect(ScriptedPort(ScriptedRobot(x=1.25, y=-0.5))) as robot:
-        pose = robot.true_pose()
+        pose = robot.ask_true_pose()
         assert (pose.x, pose.y) == (1.25, -0.5)
         assert robot.limits.speed == 0.3
         assert robot.baud is None

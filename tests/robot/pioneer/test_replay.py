@@ -11,7 +11,7 @@ from facetlog.errors import InputError
 from facetlog.robot.pioneer.connecting import Connected
 from facetlog.robot.pioneer.guard import Cause
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.replay import replay, replayed_states
+from facetlog.robot.pioneer.replay import iter_replayed_states, replay
 from facetlog.robot.pioneer.state import RobotState
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
@@ -49,7 +49,7 @@ def test_a_session_is_decoded_again_to_the_same_states(tmp_path: Path, damage: f
     path = tmp_path / "traffic.jsonl"
     live = drive_and_log(path, damage=damage, model="p3at")
     found: list[Connected] = []
-    again = {s.at: s for s in replayed_states(replay(path), connected=found.append)}
+    again = {s.at: s for s in iter_replayed_states(replay(path), connected=found.append)}
     assert len(live) >= 3
     for state in live:
         assert again[state.at] == state
@@ -61,10 +61,10 @@ def test_a_session_is_decoded_again_to_the_same_states(tmp_path: Path, damage: f
 def test_a_line_that_a_kill_cut_off_does_no_harm(tmp_path: Path) -> None:
     path = tmp_path / "traffic.jsonl"
     drive_and_log(path, seconds=0.2)
-    count = len(list(replayed_states(replay(path))))
+    count = len(list(iter_replayed_states(replay(path))))
     with path.open("ab") as file:
         file.write(b'{"at": 12.0, "direction": "in", "he')
-    assert len(list(replayed_states(replay(path)))) == count
+    assert len(list(iter_replayed_states(replay(path)))) == count
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ def lines_of(path: Path) -> list[dict[str, object]]:
 def test_lines_have_time_direction_bytes_and_name(tmp_path: Path) -> None:
     log = TrafficLog(tmp_path / "traffic.jsonl")
     log.start(0.5, "tcp:robot:8101", serial=False, model=None, baud=None)
-    log.outgoing(1.0, make_integer_command(Command.VEL, 200).to_bytes())
+    log.log_outgoing(1.0, make_integer_command(Command.VEL, 200).to_bytes())
     log.incoming(1.25, Packet(2, b"\0\0\0").to_bytes())
     log.close()
     start, out, in_ = lines_of(log.path)
@@ -48,7 +48,7 @@ def test_a_full_disk_is_said_once_and_nothing_else_happens() -> None:
     said: list[str] = []
     log = TrafficLog(Path("/dev/full"))
     for i in range(100):
-        log.outgoing(float(i), make_plain_command(Command.PULSE).to_bytes())
+        log.log_outgoing(float(i), make_plain_command(Command.PULSE).to_bytes())
     log.close()
     log.on_failure(said.append)  # later than it failed
     assert len(said) == 1
@@ -65,7 +65,7 @@ def test_a_disk_that_does_not_keep_up_is_not_waited_for(
     log.on_failure(said.append)
     monkeypatch.setattr(log, "_write", lambda _: go_on.wait(20))
     for i in range(50):
-        log.outgoing(float(i), b"\x00")
+        log.log_outgoing(float(i), b"\x00")
     assert said == [log.broken]
     assert "does not keep up" in said[0]
     go_on.set()

@@ -10,7 +10,7 @@ from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.rendering.texture import Sheet
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import Floor, World
-from facetlog.robot.tour import looking_at, ring_poses, tour_camera
+from facetlog.robot.tour import make_pose_looking_at, make_ring_poses, tour_camera
 
 SMALL = Camera(160, 120, 130.0, 130.0, 79.5, 59.5)
 HALF_PROFILE_PX = 5.0
@@ -18,7 +18,7 @@ HALF_PROFILE_PX = 5.0
 
 def clean(world: World, camera: Camera, eye: list[float], aim: list[float]) -> Image:
     rng = np.random.default_rng(0)
-    return render(world, camera, looking_at(eye, aim), noise_sd=0.0, blur_px=0.0, rng=rng)
+    return render(world, camera, make_pose_looking_at(eye, aim), noise_sd=0.0, blur_px=0.0, rng=rng)
 
 
 def project(view: View, points: FloatArray) -> FloatArray:
@@ -55,7 +55,7 @@ def test_edges_lie_on_the_projected_truth_to_a_twentieth_of_a_pixel(blur_px: flo
     block = placed(cuboid(10, 8, 6), 23.2, 56.1, yaw=0.4)
     sun = np.array([1.0, 1.0, 2.0])
     world = World((block,), Floor(0.1), sun, ambient=1.0, sided=0.0, exposure=1.0)
-    poses = ring_poses([23.2, 56.1, 3], 30, (15.0, 22.0), 5, jitter=0.1)
+    poses = make_ring_poses([23.2, 56.1, 3], 30, (15.0, 22.0), 5, jitter=0.1)
     medians = []
     for view in views_of(world, poses, tour_camera(), noise_sd=0, blur_px=blur_px):
         pixels = project(view, block.vertices)
@@ -79,7 +79,11 @@ def test_the_edge_of_a_shadow_lies_where_the_sun_throws_it() -> None:
     )
     camera = Camera(101, 11, 100.0, 100.0, 50.0, 5.0)
     view = views_of(
-        world, [looking_at([2.0, -1e-6, 10.0], [2.0, 0, 0])], camera, noise_sd=0, blur_px=0
+        world,
+        [make_pose_looking_at([2.0, -1e-6, 10.0], [2.0, 0, 0])],
+        camera,
+        noise_sd=0,
+        blur_px=0,
     )[0]
     centre, up_the_picture = view.image[5], view.image[:, 50]
     dark, bright = round(255 * 0.8 * 0.3), round(255 * 0.8 * (0.3 + 0.7 * np.sqrt(0.5)))
@@ -103,7 +107,7 @@ def test_faces_have_the_greys_of_lambert_and_ambient_light() -> None:
 
 def test_noise_has_its_sd_and_blur_keeps_the_mean() -> None:
     world = World((), None, np.array([0.0, 0.0, 1.0]), background=120)
-    pose = looking_at([0, 0, 1], [1, 0, 1])
+    pose = make_pose_looking_at([0, 0, 1], [1, 0, 1])
     image = render(world, SMALL, pose, noise_sd=5.0, blur_px=2.0, rng=np.random.default_rng(3))
     assert image.mean() == pytest.approx(120, abs=0.2)
     assert image.std() == pytest.approx(5.0, abs=0.2)
@@ -114,7 +118,7 @@ def test_a_sheet_lies_on_the_floor_the_right_way_round() -> None:
     printed[:10, 15:] = 0.2  # its far right quarter, as who stands at -y sees it
     world = World((), Floor(0.5, Sheet(printed, (6.0, 4.0), 0.6)), np.array([0.0, 0.0, 1.0]))
     eye, aim = [0.0, -6.0, 8.0], [0.0, 0.0, 0.0]
-    view = View("a", clean(world, SMALL, eye, aim), SMALL, looking_at(eye, aim))
+    view = View("a", clean(world, SMALL, eye, aim), SMALL, make_pose_looking_at(eye, aim))
     spots = np.array([[1.5, 1.0, 0], [-1.5, 1.0, 0], [1.5, -1.0, 0], [3.6, 0, 0]])
     grey = [int(view.image[v, u]) for u, v in np.rint(project(view, spots)).astype(int)]
     assert grey[1] == grey[2]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.types import Camera
-from facetlog.robot.rendering.rays import BACKGROUND, FLOOR, first_hits, seen_by
+from facetlog.robot.rendering.rays import BACKGROUND, FLOOR, find_first_hits, seen_by
 from facetlog.robot.rendering.render import render
 from facetlog.robot.rendering.varied import VARIED
 from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
@@ -83,7 +83,7 @@ def test_the_papers_threshold_parts_every_face_of_the_block_from_the_floor() -> 
             image = render(world, SMALL, pose, noise_sd=0, blur_px=0, rng=np.random.default_rng(0))
             v, u = np.mgrid[0:120, 0:160].astype(np.float64)
             uv = np.stack([u.ravel(), v.ravel()])
-            facet = first_hits(world, SMALL, pose, seen_by(world, SMALL, pose), uv).facet
+            facet = find_first_hits(world, SMALL, pose, seen_by(world, SMALL, pose), uv).facet
             own = facet.reshape(120, 160)
             # Only pixels whose neighbours show the same: edges hold a mixture of both sides.
             same = np.ones_like(own, dtype=bool)

@@ -11,7 +11,7 @@ from facetlog.robot.pioneer.packets.commands import (
 )
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
 from facetlog.robot.pioneer.packets.reports import SIP_KINDS, ServerInformation
-from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.parameters import find_parameters
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.world import Solid
 from facetlog.robot.simulator.body import Body, MotionErrors, Obstacles, Sonars
@@ -34,7 +34,7 @@ def make_firmware(
     **config: int,
 ) -> Firmware:
     """A robot among solids, in metres; `config` is what it says differently to CONFIG."""
-    parameters = parameters_of(model)
+    parameters = find_parameters(model)
     configuration = replace(make_default_configuration(parameters, "Test"), **config)  # type: ignore[arg-type]
     obstacles = Obstacles.of(solids, radius=parameters.radius, height=ROBOT_HEIGHT)
     rng = np.random.default_rng(seed)

@@ -62,7 +62,7 @@ class Running:
         data = np.frombuffer(self.get(self.station.addresses.still), np.uint8)
         return cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
 
-    def picture_or_none(self) -> "np.ndarray[Any, np.dtype[np.uint8]] | None":
+    def get_picture_or_none(self) -> "np.ndarray[Any, np.dtype[np.uint8]] | None":
         try:
             return self.picture()
         except urllib.error.HTTPError as refused:

@@ -128,7 +128,7 @@ def test_a_silent_head_neither_hears_nor_answers_at_either_port() -> None:
         def said(simulation: Simulation, port: str, now: float) -> bytes:
             if port == "own":
                 simulation.receive_at_head(b"abc", now)
-                return simulation.pending_at_head(now + 0.1)
+                return simulation.take_pending_at_head(now + 0.1)
             aux = simulation.firmware.ports[0]
             aux.send(b"abc", now)
             aux.request(3)

@@ -204,7 +204,7 @@ def test_the_camera_goes_on_after_its_process_was_killed(
     process = running.station.camera_process
     assert process is not None
     os.kill(process, signal.SIGKILL)
-    picture = until(lambda: (found := running.picture_or_none()) is not None and [found], "one")
+    picture = until(lambda: (found := running.get_picture_or_none()) is not None and [found], "one")
     assert picture[0].shape == (120, 160)
     assert running.station.camera_process != process
     assert "it is started again" in caplog.text

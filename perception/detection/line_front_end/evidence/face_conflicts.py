@@ -100,7 +100,7 @@ def _from_sides(points: FloatArray, corners: FloatArray) -> float:
     return float(np.linalg.norm(off - share[..., None] * along, axis=2).min())
 
 
-def lies_within(
+def find_points_within(
     rings: Sequence[FloatArray], normal: FloatArray, points: FloatArray
 ) -> NDArray[np.bool_]:
     """Return which points (n, 3) of a plane lie within one of its polygons (k, 3)."""

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.evidence.ground_behind import ground_ratio
+from facetlog.perception.detection.line_front_end.evidence.ground_behind import compute_ground_ratio
 from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     CLEAR_PX,
     MIN_CONSISTENT,
@@ -29,7 +29,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     project_to_views,
     segment_samples,
 )
-from facetlog.perception.flat_faces import cross, plane_axes, ring_sides
+from facetlog.perception.flat_faces import cross, make_plane_axes, make_ring_sides
 from facetlog.perception.polygons import make_polygon
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
@@ -129,13 +129,13 @@ class FaceJudge:
             found.points,
         )
 
-    def agrees_inside(
+    def is_surface_inside(
         self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
     ) -> bool:
         """Return whether the inside of a polygon (k, 3) is a surface, wherever its sides are."""
         return self._inside(corners, normal, taken) is not None
 
-    def clear_inside(
+    def judge_clear_inside(
         self, corners: FloatArray, normal: FloatArray, clear: Clear
     ) -> FaceEvidence | None:
         """Return the evidence for the inside of a polygon (k, 3) alone, where sight of it is
@@ -195,7 +195,7 @@ class FaceJudge:
             return False
         points, shown = evidence.points, evidence.shown
         face = self._photos, self._ground, corners, normal
-        by_ground = ground_ratio(*face, points, shown, taken)
+        by_ground = compute_ground_ratio(*face, points, shown, taken)
         return bool((by_ground > evidence.ratio).mean() > MOST_GROUND)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
@@ -218,7 +218,7 @@ class FaceJudge:
     ) -> tuple[float, float] | None:
         # The sides' summed ratio and their coverage; None as of `judge`.
         views = found.showing
-        sides = ring_sides(corners)
+        sides = make_ring_sides(corners)
         length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
         # Where the inside next to a side is hidden, or taken by another face, so is the side.
         samples, inwards = self._inwards(views, sides, normal)
@@ -268,7 +268,7 @@ def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:
     length = np.linalg.norm(along, axis=1)
     if not length.any():
         return np.zeros((0, 3))
-    basis = plane_axes(normal, along[largest(length)]).T
+    basis = make_plane_axes(normal, along[largest(length)]).T
     polygon = make_polygon(corners @ basis)
     if polygon.is_empty:
         return np.zeros((0, 3))

@@ -12,7 +12,7 @@ from facetlog.perception.detection.line_front_end.planes.ground_plane import Gro
 from facetlog.perception.types import FloatArray
 
 
-def ground_ratio(
+def compute_ground_ratio(
     photos: PhotometricViews,
     ground: Ground,
     corners: FloatArray,
@@ -36,9 +36,9 @@ def ground_ratio(
         behind, meets = ground.behind(photos.centres[k], points)
         others = everyone[everyone != k]
         past = ~blocked(corners, normal, behind, photos.centres[others])
-        agreements = photos.agree_if_clear(others, behind, taken, past)
+        agreements = photos.compare_clear_views(others, behind, taken, past)
         for by_level, found in zip(total, agreements, strict=True):
-            ratio = photos.known_surface(k, behind, found.level)
+            ratio = photos.judge_known_surface(k, behind, found.level)
             by_level += photos.weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
     best: FloatArray = np.maximum(total[0], total[1] - FREE_LEVEL)
     return best

@@ -20,7 +20,7 @@ MIN_INSIDE, MIN_CONSISTENT = 2.0, 0.75
 MIN_WEIGHT = 2.0
 
 
-def surface_beside(
+def find_surface_beside(
     photos: PhotometricViews, normal: FloatArray, segments: FloatArray, pixel: float
 ) -> NDArray[np.bool_]:
     """Return whether a plane is surface right beside its segments (n, 2, 3), on either side: (2,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.outlined_face import OutlinedFace
-from facetlog.perception.flat_faces import ring_sides
+from facetlog.perception.flat_faces import make_ring_sides
 from facetlog.perception.types import FloatArray
 
 # What meets at a smaller angle is one surface, and the two sides of a board have no side in common.
@@ -21,16 +21,20 @@ LEAST_TURN_COSINE = float(np.cos(np.radians(30.0)))
 def joined_sides(normal: FloatArray, faces: Iterable[OutlinedFace]) -> FloatArray:
     """Return the sides (n, 2, 3) of the faces that a plane of that normal (3,) may meet."""
     sides = [
-        ring_sides(face.corners) for face in faces if abs(normal @ face.normal) < LEAST_TURN_COSINE
+        make_ring_sides(face.corners)
+        for face in faces
+        if abs(normal @ face.normal) < LEAST_TURN_COSINE
     ]
     return np.concatenate(sides) if sides else np.zeros((0, 2, 3))
 
 
-def on_segments(points: FloatArray, segments: FloatArray, near: float) -> NDArray[np.bool_]:
+def find_points_on_segments(
+    points: FloatArray, segments: FloatArray, near: float
+) -> NDArray[np.bool_]:
     """Return which points (..., 3) are nearer than that to one of the segments (n, 2, 3).
 
     >>> level = np.array([[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]])
-    >>> on_segments(np.array([[1.0, 0.1, 0.0], [3.0, 0.0, 0.0]]), level, 0.5)
+    >>> find_points_on_segments(np.array([[1.0, 0.1, 0.0], [3.0, 0.0, 0.0]]), level, 0.5)
     array([ True, False])
     """
     if not len(segments):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import GRADIENT_SIGMA, Gradient
-from facetlog.perception.detection.picture_noise import Noise, working_noise
+from facetlog.perception.detection.picture_noise import Noise, measure_working_noise
 from facetlog.perception.types import FloatArray, Image, View
 
 # Probability that a view does not see the surface though it faces it: it is occluded.
@@ -83,7 +83,7 @@ class GreyLevels:
         exposure: FloatArray | None = None,
         noises: Sequence[Noise] | None = None,
     ) -> None:
-        own = noises or [working_noise(view.image) for view in views]
+        own = noises or [measure_working_noise(view.image) for view in views]
         smooth = [_averaged(view.image, noise) for view, noise in zip(views, own, strict=True)]
         self._widths = np.array([view.image.shape[1] for view in views], dtype=np.int32)
         self._greys = [image.ravel() for image, _ in smooth]
@@ -187,7 +187,7 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
     return Agreement(ratio.reshape(shape[1:]), agrees.reshape(shape), surface)
 
 
-def known_surface_ratio(levels: Levels, surface: NDArray[np.float32]) -> FloatArray:
+def compute_known_surface_ratio(levels: Levels, surface: NDArray[np.float32]) -> FloatArray:
     """Return the log-likelihood ratio (V, ...) of levels (V, ...) of a surface of known level (...)
     against chance; 0 where a view does not see the point.
     """

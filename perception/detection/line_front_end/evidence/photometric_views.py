@@ -11,7 +11,7 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
     GreyLevels,
     Levels,
     agreement,
-    known_surface_ratio,
+    compute_known_surface_ratio,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_to_views
 from facetlog.perception.types import FloatArray, View
@@ -59,7 +59,7 @@ class PhotometricViews:
             levels, seen = levels.where(clear), seen & clear
         return agreement(levels, self.weight[views]), seen
 
-    def agree_evened(
+    def compare_evened(
         self, views: NDArray[np.intp], points: FloatArray, taken: Sequence[NDArray[np.uint8]]
     ) -> Agreement:
         """Return `agree` as if each view showed the points (n, 3) as bright in the median as all
@@ -74,7 +74,7 @@ class PhotometricViews:
         even = levels.level - usual + np.median(usual[there]) if there.any() else levels.level
         return agreement(replace(levels, level=even), self.weight[views])
 
-    def agree_if_clear(
+    def compare_clear_views(
         self,
         views: NDArray[np.intp],
         points: FloatArray,
@@ -86,14 +86,14 @@ class PhotometricViews:
         weight = self.weight[views]
         return agreement(levels.where(clear), weight), agreement(levels, weight)
 
-    def known_surface(
+    def judge_known_surface(
         self, view: int, points: FloatArray, surface: NDArray[np.float32]
     ) -> FloatArray:
         """Return the log-likelihood ratio (n,) that a view shows a surface of that level at points
         (n, 3).
         """
         levels, _ = self._read(np.array([view]), points)
-        ratio: FloatArray = known_surface_ratio(levels, surface)[0]
+        ratio: FloatArray = compute_known_surface_ratio(levels, surface)[0]
         return ratio
 
     def _read(

@@ -14,7 +14,7 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
-from facetlog.perception.ragged import row_starts
+from facetlog.perception.ragged import find_row_starts
 from facetlog.perception.types import FloatArray
 
 # A line counts as behind a plane by so many px at least, and so many standard deviations of its
@@ -42,7 +42,7 @@ class LinesBehind:
     ) -> None:
         self._photos = photos
         self._sides = sides
-        self._segments, self._line = _in_pieces(segments, SAMPLES * INDEPENDENT_PX * pixel)
+        self._segments, self._line = _cut_into_pieces(segments, SAMPLES * INDEPENDENT_PX * pixel)
         self._samples = segment_samples(self._segments, SAMPLES)
         self._covs = covs[self._line]
         self._pixel = pixel
@@ -131,7 +131,7 @@ class LinesBehind:
         return texture
 
 
-def _in_pieces(segments: FloatArray, longest: float) -> tuple[FloatArray, NDArray[np.intp]]:
+def _cut_into_pieces(segments: FloatArray, longest: float) -> tuple[FloatArray, NDArray[np.intp]]:
     """Return segments (n, 2, 3) in equal pieces (p, 2, 3), none longer, and of which segment each
     is (p,).
 
@@ -142,7 +142,7 @@ def _in_pieces(segments: FloatArray, longest: float) -> tuple[FloatArray, NDArra
     counts = np.ceil(np.linalg.norm(span, axis=1) / longest).astype(np.intp)
     counts = np.maximum(counts, 1)
     line = np.repeat(np.arange(len(segments)), counts)
-    nth = np.arange(len(line)) - row_starts(counts)[line]
+    nth = np.arange(len(line)) - find_row_starts(counts)[line]
     share = (nth[:, None] + np.array([0.0, 1.0])) / counts[line, None]
     pieces: FloatArray = segments[line, :1] + share[..., None] * span[line, None]
     return pieces, line

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import EdgeMap, direction_bits
+from facetlog.perception.detection.edge_maps import EdgeMap, encode_direction
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
     project_to_views,
@@ -127,7 +127,7 @@ class SideJudge:
         away: NDArray[np.bool_] = across / length > APART_REACHES * reach[:, None, None]
         return away & before
 
-    def onto_edges(
+    def snap_to_edges(
         self, views: NDArray[np.intp], corners: FloatArray, normal: FloatArray, pixel: float
     ) -> FloatArray:
         """Return a polygon (k, 3) with each side where most edges of the chosen views (v,) run.
@@ -165,7 +165,7 @@ class SideJudge:
         u, v = (uv[..., axis].reshape(shape) for axis in (0, 1))
         du, dv = u[..., -1:] - u[..., :1], v[..., -1:] - v[..., :1]
         reach = np.maximum(np.hypot(du, dv), 1e-9)
-        bits = direction_bits(np.arctan2(dv, du))
+        bits = encode_direction(np.arctan2(dv, du))
 
         off = np.array(beside)[:, None, None, None]
         column, row = np.rint(u + off * (-dv / reach)), np.rint(v + off * (du / reach))

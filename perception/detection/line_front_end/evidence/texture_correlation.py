@@ -18,7 +18,7 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
 )
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray, View
 
@@ -47,7 +47,7 @@ def texture_correlation(
     pixel's length.
     """
     steps = (np.arange(SAMPLES) - (SAMPLES - 1) / 2) * STEP_PX * pixel
-    axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    axes = make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) @ axes
     total = np.zeros((len(points), SAMPLES**2), dtype=np.float32)
     count = np.zeros(len(points))
@@ -72,7 +72,7 @@ def texture_correlation(
     return np.where(count >= FEWEST_VIEWS, (square - count) / pairs, 0.0)
 
 
-def surface_between(
+def find_surface_between(
     photos: PhotometricViews,
     views: Sequence[View],
     pixel: float,

@@ -114,7 +114,7 @@ def _supported(
     cover = profiles.mean(line, start, end)
     score = ((2 * cover - 1) * length).sum(axis=1)
     sides = cycles.shape[1]
-    complexity = max(sides - 4, 0) + _reflex_corners(corners)
+    complexity = max(sides - 4, 0) + _find_reflex_corners(corners)
     score = score - COMPLEXITY * complexity * length.sum(axis=1)
     keep = np.nonzero(cover.min(axis=1) >= MIN_COVERAGE)[0]
     keep = keep[descending(score[keep])][:KEEP]
@@ -149,7 +149,7 @@ def _is_simple(corners: FloatArray, side: FloatArray, length: FloatArray) -> NDA
     return simple
 
 
-def _reflex_corners(corners: FloatArray) -> NDArray[np.intp]:
+def _find_reflex_corners(corners: FloatArray) -> NDArray[np.intp]:
     side = np.roll(corners, -1, axis=1) - corners
     following = np.roll(side, -1, axis=1)
     turn = side[..., 0] * following[..., 1] - side[..., 1] * following[..., 0]

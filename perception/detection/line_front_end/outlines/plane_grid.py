@@ -79,7 +79,7 @@ class PlaneGrid:
         return points
 
 
-def connected_regions(cells: NDArray[np.uint8], least: int) -> Iterator[NDArray[np.uint8]]:
+def find_connected_regions(cells: NDArray[np.uint8], least: int) -> Iterator[NDArray[np.uint8]]:
     """Return connected regions of so many cells and more, each a mask of 0 and 1, the largest
     first.
 

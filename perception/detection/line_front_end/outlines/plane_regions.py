@@ -19,17 +19,17 @@ from facetlog.perception.detection.line_front_end.outlines.plane_grid import (
     MIN_COARSE,
     MIN_FINE,
     PlaneGrid,
-    connected_regions,
+    find_connected_regions,
 )
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     MAX_SIDES,
     border,
-    outline_polygon,
-    rough_polygons,
+    fit_outline_polygon,
+    iter_rough_polygons,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
@@ -104,7 +104,9 @@ class RegionFinder:
         sides = [*lines, *self._ground_line(grid)]
         found: list[NDArray[np.uint8]] = []
         for cut in (True, False):
-            for region in connected_regions(agrees & (walls == 0) if cut else agrees, MIN_FINE):
+            for region in find_connected_regions(
+                agrees & (walls == 0) if cut else agrees, MIN_FINE
+            ):
                 if cut:  # back to the lines that cut it out
                     grown = cv2.dilate(region, CROSS) > 0
                     region = (grown & ((agrees > 0) | (walls > 0))).astype(np.uint8)
@@ -113,12 +115,14 @@ class RegionFinder:
                     continue
                 found.append(region)
                 ring = border(region)
-                corners = outline_polygon(ring, np.array(sides).reshape(-1, 2, 2) + 0.5)
+                corners = fit_outline_polygon(ring, np.array(sides).reshape(-1, 2, 2) + 0.5)
                 if corners is not None:
                     yield grid.points(corners if side > 0 else corners[::-1]), False
                 if cut:  # between lines that may be texture: it must have sides on them
                     continue
-                for rough in rough_polygons(ring, MAX_SIDES if corners is None else len(corners)):
+                for rough in iter_rough_polygons(
+                    ring, MAX_SIDES if corners is None else len(corners)
+                ):
                     yield grid.points(rough if side > 0 else rough[::-1]), True
 
     def _extent(
@@ -133,7 +137,7 @@ class RegionFinder:
         # across it, and the result does not depend on the world frame.
         along = span[:, 1] - span[:, 0]
         longest = descending(np.linalg.norm(along, axis=1))[0]
-        basis = plane_axes(plane.normal, along[longest]).T
+        basis = make_plane_axes(plane.normal, along[longest]).T
         flat = (span.reshape(-1, 3) - plane.normal * plane.distance) @ basis
         low, high = flat.min(axis=0), flat.max(axis=0)
         margin = np.maximum(MARGIN_SHARE * (high - low), MARGIN_PX * self._pixel)
@@ -144,7 +148,7 @@ class RegionFinder:
             agrees = self._agrees(grid, plane, side, taken)
             if agrees is None:
                 return None
-            regions = list(connected_regions(agrees, MIN_COARSE))
+            regions = list(find_connected_regions(agrees, MIN_COARSE))
             if not regions:
                 return None
             shown = np.any(regions, axis=0)

@@ -48,7 +48,7 @@ def border(region: NDArray[np.uint8]) -> FloatArray:
     return ring if _area(ring) > 0 else ring[::-1]
 
 
-def outline_polygon(ring: FloatArray, lines: FloatArray) -> FloatArray | None:
+def fit_outline_polygon(ring: FloatArray, lines: FloatArray) -> FloatArray | None:
     """Return corners (k, 2) of a polygon round a border (m, 2), counter-clockwise; None if there is
     none.
 
@@ -68,7 +68,7 @@ def outline_polygon(ring: FloatArray, lines: FloatArray) -> FloatArray | None:
     return None
 
 
-def rough_polygons(ring: FloatArray, most: int) -> Iterator[FloatArray]:
+def iter_rough_polygons(ring: FloatArray, most: int) -> Iterator[FloatArray]:
     """Return polygons (k, 2) of ever fewer sides round a border (m, 2), less than `most` of them.
 
     Light and noise fray the border of a region whose true sides are straight.
@@ -80,7 +80,7 @@ def rough_polygons(ring: FloatArray, most: int) -> Iterator[FloatArray]:
             most = len(corners)
 
 
-def without_short_sides(corners: FloatArray, least: float) -> FloatArray:
+def remove_short_sides(corners: FloatArray, least: float) -> FloatArray:
     """Return a polygon (k, 2) whose sides shorter than `least` became corners, the shortest first.
 
     The sides beside it go on to where they cross, if that is near; else the corner is midway.
@@ -100,7 +100,7 @@ def without_short_sides(corners: FloatArray, least: float) -> FloatArray:
     return corners
 
 
-def without_straight_corners(corners: FloatArray, least: float) -> FloatArray:
+def remove_straight_corners(corners: FloatArray, least: float) -> FloatArray:
     """Return a polygon (k, 2) without the corners nearer than `least` to the line past them."""
     while len(corners) > 3:
         before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
@@ -137,7 +137,7 @@ def _along_lines(ring: FloatArray, lines: FloatArray) -> FloatArray | None:
 
 
 def _sides(ring: FloatArray, lines: FloatArray) -> list[_Side]:
-    nearest = _nearest_lines(ring, lines)
+    nearest = _find_nearest_lines(ring, lines)
     starts = np.nonzero(nearest != np.roll(nearest, 1))[0]
     if not len(starts):
         return []
@@ -160,7 +160,7 @@ def _sides(ring: FloatArray, lines: FloatArray) -> list[_Side]:
     return joined if len(joined) > 1 else sides[:1]
 
 
-def _nearest_lines(ring: FloatArray, lines: FloatArray) -> NDArray[np.intp]:
+def _find_nearest_lines(ring: FloatArray, lines: FloatArray) -> NDArray[np.intp]:
     # Of each point of the border the line that it runs along, or -1.
     reach = max(2, min(4, len(ring) // 8))
     along = np.roll(ring, -reach, axis=0) - np.roll(ring, reach, axis=0)

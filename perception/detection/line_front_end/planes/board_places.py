@@ -48,7 +48,7 @@ def board_places(
     """
     found: list[FloatArray] = []
     upright = [face for face in faces if abs(face.normal @ up) < UPRIGHT_SINE]
-    for rings in _between_pairs(upright, up, pixel, least):
+    for rings in _list_opposite_pairs(upright, up, pixel, least):
         if not any(_same(rings, known, least) for known in found):
             found.append(rings)
     if not found:
@@ -58,7 +58,7 @@ def board_places(
     )
 
 
-def _between_pairs(
+def _list_opposite_pairs(
     upright: Sequence[OutlinedFace], up: FloatArray, pixel: float, least: float
 ) -> Iterator[FloatArray]:
     for one, other in combinations(upright, 2):

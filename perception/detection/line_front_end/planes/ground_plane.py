@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.flat_faces import part_above
+from facetlog.perception.flat_faces import clip_polygon_above
 from facetlog.perception.types import FloatArray, View
 
 # A point this near to the ground, px, lies on it.
@@ -60,7 +60,7 @@ class Ground:
         share = -self.above(centre) / np.where(meets, drop, -1.0)
         return centre + share[:, None] * rays, meets
 
-    def down_from(self, side: FloatArray, normal: FloatArray) -> FloatArray:
+    def extend_to_ground(self, side: FloatArray, normal: FloatArray) -> FloatArray:
         """Return the part (4, 3) of a plane with this normal between one of its segments (2, 3) and
         here.
 
@@ -76,7 +76,7 @@ class Ground:
     def clipped(self, corners: FloatArray) -> FloatArray:
         """Return a polygon (k, 3) without what lies below the ground; (0, 3) if all of it does."""
         heights = self.above(corners)
-        return corners if (heights >= -self.margin).all() else part_above(corners, heights)
+        return corners if (heights >= -self.margin).all() else clip_polygon_above(corners, heights)
 
 
 def find_ground(

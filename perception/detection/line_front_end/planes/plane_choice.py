@@ -94,12 +94,12 @@ def _distinct(planes: Sequence[PlaneHypothesis], cloud: LineCloud) -> list[Plane
     kept: list[PlaneHypothesis] = []
     for best in descending(np.array([support[p.lines].sum() for p in planes])).tolist():
         ends = cloud.segments[planes[best].lines].reshape(-1, 3)
-        if not same_plane(planes[best], ends, kept, cloud.pixel).any():
+        if not find_same_planes(planes[best], ends, kept, cloud.pixel).any():
             kept.append(planes[best])
     return kept
 
 
-def same_plane(
+def find_same_planes(
     plane: PlaneHypothesis, points: FloatArray, others: Sequence[PlaneHypothesis], pixel: float
 ) -> NDArray[np.bool_]:
     """Return which other planes (m,) are one with a plane, over points (n, 3) of it."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
@@ -46,7 +46,7 @@ def plane_hypotheses(
     `end_covs` (n, 2, 3, 3) are the covariances of the ends, `pixel` is the length of one pixel at
     the object. A plane needs MIN_LINES segments as inliers.
     """
-    first, second = _meeting_pairs(segments, end_covs, pixel)
+    first, second = _find_meeting_pairs(segments, end_covs, pixel)
     if not len(first):
         return ()
     along = segments[:, 1] - segments[:, 0]
@@ -92,7 +92,7 @@ def _on_planes(
     return near[:, 0::2] & near[:, 1::2]
 
 
-def _meeting_pairs(
+def _find_meeting_pairs(
     segments: FloatArray, end_covs: FloatArray, pixel: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     a = segments[:, 0]
@@ -147,4 +147,4 @@ def _fit(
 
 def plane_basis(normal: FloatArray) -> FloatArray:
     """Return two unit vectors (3, 2) that span the plane across `normal`."""
-    return plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T
+    return make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T

@@ -21,7 +21,7 @@ APART_SINE = 0.5
 SQUARE_SLOPE = float(np.tan(np.radians(0.5)))
 
 
-def square_normals(normal: FloatArray, known: Sequence[FloatArray]) -> Iterator[FloatArray]:
+def propose_square_normals(normal: FloatArray, known: Sequence[FloatArray]) -> Iterator[FloatArray]:
     """Return normals near one that are parallel or square to `known` ones, what binds it most
     first.
 
@@ -49,7 +49,7 @@ def is_square(normal: FloatArray, wanted: FloatArray) -> bool:
     return bool(np.linalg.norm(np.cross(normal, wanted)) < SQUARE_SLOPE)
 
 
-def seen_on_plane(
+def project_to_plane(
     corners: FloatArray,
     plane: PlaneHypothesis,
     normal: FloatArray,

@@ -6,12 +6,12 @@ import numpy as np
 
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     ChosenPlane,
-    same_plane,
+    find_same_planes,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     TexturePlane,
-    patch_box,
+    bound_patch,
 )
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
@@ -22,7 +22,7 @@ from facetlog.perception.types import FloatArray
 ON_PLANE_PX = 3.0
 
 
-def with_texture_planes(
+def add_texture_patches(
     chosen: Sequence[ChosenPlane],
     patches: Sequence[TexturePlane],
     texture: TexturePoints,
@@ -31,13 +31,13 @@ def with_texture_planes(
     """Return the planes chosen by lines, then those of texture patches that are not among them."""
     planes = list(chosen)
     for patch in patches:
-        own = as_hypothesis(patch, texture, cloud)
-        if not same_plane(own, own.texture, [c.plane for c in planes], cloud.pixel).any():
+        own = to_hypothesis(patch, texture, cloud)
+        if not find_same_planes(own, own.texture, [c.plane for c in planes], cloud.pixel).any():
             planes.append(ChosenPlane(own, patch.score, patch.sides, _box(own, cloud)))
     return tuple(planes)
 
 
-def as_hypothesis(patch: TexturePlane, texture: TexturePoints, cloud: LineCloud) -> PlaneHypothesis:
+def to_hypothesis(patch: TexturePlane, texture: TexturePoints, cloud: LineCloud) -> PlaneHypothesis:
     """Return the plane of a patch, with its points and the segments that lie on it."""
     off = np.abs(cloud.segments @ patch.normal - patch.distance).max(axis=1, initial=0.0)
     lines = np.flatnonzero(off < ON_PLANE_PX * cloud.pixel)
@@ -52,6 +52,6 @@ def _box(plane: PlaneHypothesis, cloud: LineCloud) -> FloatArray:
     lines = cloud.segments[plane.lines]
     along = lines[:, 1] - lines[:, 0]
     if not len(lines):
-        return patch_box(plane.texture, plane.normal, None)
+        return bound_patch(plane.texture, plane.normal, None)
     longest = along[largest(np.linalg.norm(along, axis=1))]
-    return patch_box(plane.texture, plane.normal, longest)
+    return bound_patch(plane.texture, plane.normal, longest)

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
-from facetlog.perception.flat_faces import plane_axes, ring_sides
+from facetlog.perception.flat_faces import make_plane_axes, make_ring_sides
 from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
@@ -95,7 +95,7 @@ def texture_planes(texture: TexturePoints, pixel: float) -> tuple[TexturePlane, 
     return tuple(found)
 
 
-def shown_patches(
+def keep_shown_patches(
     patches: Sequence[TexturePlane],
     texture: TexturePoints,
     surface: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
@@ -241,7 +241,7 @@ def _patches(points: FloatArray, plane: _Fit) -> list[NDArray[np.intp]]:
     return [on[label == k] for k in range(count)]
 
 
-def patch_box(points: FloatArray, normal: FloatArray, along: FloatArray | None) -> FloatArray:
+def bound_patch(points: FloatArray, normal: FloatArray, along: FloatArray | None) -> FloatArray:
     """Return the sides (4, 2, 3) of a rectangle of the plane through points (n, 3) that holds them.
 
     It runs `along` (3,) a direction of the plane, or else is the smallest.
@@ -252,10 +252,10 @@ def patch_box(points: FloatArray, normal: FloatArray, along: FloatArray | None) 
         corners = cv2.boxPoints(cv2.minAreaRect((points @ basis).astype(np.float32)))
         ring = np.asarray(corners, dtype=np.float64) @ basis.T
     else:
-        basis = plane_axes(normal, along).T
+        basis = make_plane_axes(normal, along).T
         flat = points @ basis
         (left, low), (right, high) = flat.min(axis=0), flat.max(axis=0)
         box = np.array([[left, low], [right, low], [right, high], [left, high]])
         ring = box @ basis.T
     ring += height * normal
-    return ring_sides(ring)
+    return make_ring_sides(ring)

@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from facetlog.perception.detection.coarse_pictures import GRADIENT_NOISE
 from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.view_graph import ViewGraph
-from facetlog.perception.estimation.point_consensus import agreeing_views
+from facetlog.perception.estimation.point_consensus import find_agreeing_views
 from facetlog.perception.estimation.point_views import Cameras, Sightings
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
@@ -53,14 +53,14 @@ class TextureFeatures:
     patches: NDArray[np.float32]
 
 
-def common_direction(views: Sequence[View]) -> FloatArray:
+def find_common_direction(views: Sequence[View]) -> FloatArray:
     """Return the direction (3,) of the world that the views look along least."""
     axes = np.array([v.pose.rotation[:, 2] for v in views])
     _, vectors = np.linalg.eigh(axes.T @ axes)
     return np.asarray(vectors[:, 0])
 
 
-def texture_features(
+def find_texture_features(
     view: View, edges: EdgeMap, direction: FloatArray, focus: FloatArray, pixel: float
 ) -> TextureFeatures:
     """Return the corners of a picture to be matched.
@@ -90,14 +90,14 @@ def _corners(edges: EdgeMap) -> FloatArray:
     row, column = (n + BORDER_PX for n in np.nonzero(inner))
     order = descending(strength[row, column].astype(np.float64))
     row, column = row[order], column[order]
-    kept = _few_of_each_part(row, column, strength.shape)
+    kept = _thin_out_parts(row, column, strength.shape)
     row, column = row[kept], column[kept]
     across = _shift(strength[row, column - 1], strength[row, column], strength[row, column + 1])
     down = _shift(strength[row - 1, column], strength[row, column], strength[row + 1, column])
     return np.stack([column + across, row + down], axis=1)
 
 
-def _few_of_each_part(
+def _thin_out_parts(
     row: NDArray[np.intp], column: NDArray[np.intp], shape: tuple[int, ...]
 ) -> NDArray[np.intp]:
     part = row * GRID // shape[0] * GRID + column * GRID // shape[1]
@@ -160,7 +160,7 @@ RATIO = 0.85
 MIN_TRACK = 3
 
 
-def feature_tracks(
+def link_features(
     features: Mapping[int, TextureFeatures],
     views: Sequence[View],
     pairs: Sequence[tuple[int, int]],
@@ -175,7 +175,7 @@ def feature_tracks(
     first = dict(zip(numbers, np.cumsum([0, *counts[:-1]]).tolist(), strict=True))
     links = [np.zeros((0, 2), dtype=np.intp)]
     for i, j in pairs:
-        found = matched_features(features[i], features[j], views[i], views[j])
+        found = match_features(features[i], features[j], views[i], views[j])
         links.append(found + np.array([first[i], first[j]]))
     a, b = np.concatenate(links).T
     total = sum(counts)
@@ -191,7 +191,7 @@ def feature_tracks(
     return uv[kept], often[kept] == 1
 
 
-def matched_features(
+def match_features(
     one: TextureFeatures, other: TextureFeatures, view: View, other_view: View
 ) -> NDArray[np.intp]:
     """Return pairs (m, 2) of features of two views that are each other's best match on epipolar
@@ -256,14 +256,14 @@ def texture_points(
 
     Only the views that are paired for depth take part.
     """
-    direction = common_direction(views)
+    direction = find_common_direction(views)
     paired = sorted({k for pair in graph.pairs for k in pair})
     if len(paired) < MIN_TRACK:
         return TexturePoints.none(len(views))
     features = {
-        k: texture_features(views[k], maps[k], direction, graph.focus, pixel) for k in paired
+        k: find_texture_features(views[k], maps[k], direction, graph.focus, pixel) for k in paired
     }
-    uv, seen = feature_tracks(features, views, graph.pairs)
+    uv, seen = link_features(features, views, graph.pairs)
     if not len(uv):
         return TexturePoints.none(len(views))
     return triangulated(views, uv, CORNER_SD_PX, seen)
@@ -278,7 +278,7 @@ def triangulated(
     """
     cameras = Cameras.of([view.projection for view in views])
     cov = np.broadcast_to(sd_px**2 * np.eye(2), (*seen.shape, 2, 2))
-    agreed = agreeing_views(cameras, Sightings.of(cameras, uv, cov, seen))
+    agreed = find_agreeing_views(cameras, Sightings.of(cameras, uv, cov, seen))
     rows = np.flatnonzero(agreed.stands & ~agreed.behind)
     points = cameras.origin + cameras.scale * agreed.points[rows]
     return TexturePoints(points, cameras.scale**2 * agreed.covs[rows], agreed.inliers[rows])

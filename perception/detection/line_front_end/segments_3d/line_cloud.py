@@ -22,7 +22,7 @@ MIN_OVERLAP = 0.5
 MIN_PLANE_SINE = 0.03
 
 
-def candidate_segments(
+def propose_segments(
     first: View, segments_1: FloatArray, second: View, segments_2: FloatArray
 ) -> tuple[FloatArray, NDArray[np.intp]]:
     """Return all 3-D segments (n, 2, 3) that a segment of each view could show, and which two (n,
@@ -138,17 +138,17 @@ def reconstruct_lines(
 ) -> LineCloud:
     """Return the 3-D segments that MIN_SUPPORT distinct views show, or nearly all of fewer."""
     pixel = graph.distance / float(np.median([v.camera.fx for v in views]))
-    candidates, owners = _screened_candidates(views, maps, segments, graph)
+    candidates, owners = _screen_candidates(views, maps, segments, graph)
     cover = coverage(candidates, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     score = agreement(cover, graph.weight)
     shown = np.nansum(cover**2 * graph.weight, axis=1)
     least = float(np.clip(NEARLY_ALL * graph.weight.sum(), TOO_FEW, MIN_SUPPORT))
-    keep = np.logical_and(at_least(support, least), best_of_owners(score, shown, owners))
+    keep = np.logical_and(at_least(support, least), keep_best_of_owners(score, shown, owners))
     candidates, cover = candidates[keep], cover[keep]
 
     score = shown[keep] * np.sqrt(_lengths(candidates))
-    apart = [views[k] for k in _distinct_views(graph.weight, MERGE_VIEWS)]
+    apart = [views[k] for k in _choose_distinct_views(graph.weight, MERGE_VIEWS)]
     chosen = _merge(candidates, score, apart, MERGE_PX, MAX_FITTED)
     use = np.nan_to_num(cover[chosen]) > SUPPORTED
     fitted, end_covs, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
@@ -160,7 +160,7 @@ def reconstruct_lines(
     return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
 
 
-def shown_lines(
+def find_shown_lines(
     views: Sequence[View], maps: Sequence[EdgeMap], segments: Sequence[FloatArray]
 ) -> tuple[LineCloud, NDArray[np.bool_]]:
     """Return the 3-D segments of the views, n of them, and which view shows which (n, V)."""
@@ -168,17 +168,17 @@ def shown_lines(
     return cloud, np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
 
 
-def segments_matched(pairs: int) -> int:
+def count_matched_segments(pairs: int) -> int:
     """Return how many segments of a view are matched, so that as many are compared as of
     FULL_PAIRS.
 
-    >>> segments_matched(40), segments_matched(3)
+    >>> count_matched_segments(40), count_matched_segments(3)
     (250, 707)
     """
     return int(MAX_SEGMENTS * np.sqrt(max(FULL_PAIRS / max(pairs, 1), 1.0)))
 
 
-def _screened_candidates(
+def _screen_candidates(
     views: Sequence[View],
     maps: Sequence[EdgeMap],
     segments: Sequence[FloatArray],
@@ -188,10 +188,10 @@ def _screened_candidates(
     # segments, counted through all views, that made each.
     first_number = np.cumsum([0, *map(len, segments)])
     found, owners = [np.zeros((0, 2, 3))], [np.zeros((0, 2), dtype=np.intp)]
-    screen = _distinct_views(graph.weight, SCREEN_VIEWS)
-    most = segments_matched(len(graph.pairs))
+    screen = _choose_distinct_views(graph.weight, SCREEN_VIEWS)
+    most = count_matched_segments(len(graph.pairs))
     for i, j in graph.pairs:
-        c, made_of = candidate_segments(views[i], segments[i][:most], views[j], segments[j][:most])
+        c, made_of = propose_segments(views[i], segments[i][:most], views[j], segments[j][:most])
         near = np.linalg.norm(c.mean(axis=1) - graph.focus, axis=1) < MAX_DEPTH * graph.distance
         c, made_of = c[near], made_of[near]
         others = [k for k in screen if k not in (i, j)]
@@ -223,7 +223,7 @@ def agreement(cover: FloatArray, weight: FloatArray) -> FloatArray:
     return found
 
 
-def best_of_owners(
+def keep_best_of_owners(
     score: FloatArray, shown: FloatArray, owners: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
     """Return which candidates (n,) have the best score, or nearly, among those of both of their
@@ -238,7 +238,7 @@ def best_of_owners(
     return nearly
 
 
-def _distinct_views(weight: FloatArray, count: int) -> list[int]:
+def _choose_distinct_views(weight: FloatArray, count: int) -> list[int]:
     # Evenly through the cumulated weight: crowded views are skipped. A view whose weight ends just
     # where one is wanted, as with many equal weights, counts as reaching it.
     position = np.cumsum(weight) / weight.sum()

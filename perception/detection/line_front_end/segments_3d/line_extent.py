@@ -51,7 +51,7 @@ class LineProfiles:
         return value
 
 
-def line_profiles(
+def measure_line_profiles(
     segments: FloatArray,
     views: Sequence[View],
     maps: Sequence[EdgeMap],
@@ -81,7 +81,7 @@ def line_profiles(
     return LineProfiles(segments[:, 0].copy(), direction, begin, step, cumulated)
 
 
-def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
+def find_covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
     """Return segments (n, 2, 3) lengthened or cut, from their middles, to where covered."""
     length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
     line = np.arange(len(segments))

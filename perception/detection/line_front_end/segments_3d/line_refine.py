@@ -116,7 +116,7 @@ def refine_segments(
     rms = np.full(len(segments), np.nan)
     end_covs = np.zeros((len(segments), 2, 3, 3))
     for search in SEARCH_PX:
-        basis = across_basis(segments)
+        basis = build_across_basis(segments)
         h = np.zeros((len(segments), 4, 4))
         g = np.zeros((len(segments), 4))
         total = np.zeros(len(segments))
@@ -127,7 +127,9 @@ def refine_segments(
             if not len(chosen):
                 continue
             r = read_edges(view, edges, points[chosen], search)
-            jacobian = ends_jacobian(point_jacobian(view, points[chosen], r), basis[chosen])
+            jacobian = compute_ends_jacobian(
+                compute_point_jacobian(view, points[chosen], r), basis[chosen]
+            )
             found = np.isfinite(r.offset)
             e = np.where(found, r.offset, 0.0)
             w = weight[k] * found / (1.0 + (e / ROBUST_PX) ** 2)
@@ -154,7 +156,7 @@ def _end_covs(h: FloatArray, basis: FloatArray, rms: FloatArray) -> FloatArray:
     return covs
 
 
-def across_basis(segments: FloatArray) -> FloatArray:
+def build_across_basis(segments: FloatArray) -> FloatArray:
     """Return two unit vectors (n, 3, 2) at right angles to each segment (n, 2, 3)."""
     along = segments[:, 1] - segments[:, 0]
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
@@ -164,7 +166,7 @@ def across_basis(segments: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(along, first)], axis=-1)
 
 
-def point_jacobian(view: View, points: FloatArray, r: EdgeReadings) -> FloatArray:
+def compute_point_jacobian(view: View, points: FloatArray, r: EdgeReadings) -> FloatArray:
     """Return d(normal · uv) / d(point), (n, m, 3), of samples (n, m, 3) of segments."""
     # n · (rows of the projection - uv · its depth row) / depth
     p = view.projection[:, :3]
@@ -175,11 +177,11 @@ def point_jacobian(view: View, points: FloatArray, r: EdgeReadings) -> FloatArra
     return jacobian
 
 
-def ends_jacobian(by_point: FloatArray, basis: FloatArray) -> FloatArray:
+def compute_ends_jacobian(by_point: FloatArray, basis: FloatArray) -> FloatArray:
     """Return d(normal · uv) / d(both ends across the segment), (n, m, 4).
 
-    `by_point` (n, m, 3) is `point_jacobian` at samples as `segment_samples` has them, `basis`
-    `across_basis`; the four numbers are those of the start, then those of the end.
+    `by_point` (n, m, 3) is `compute_point_jacobian` at samples as `segment_samples` has them,
+    `basis` `build_across_basis`; the four numbers are those of the start, then those of the end.
     """
     samples = by_point.shape[1]
     t = (np.arange(samples) + 0.5) / samples  # a sample is (1 - t) start + t end

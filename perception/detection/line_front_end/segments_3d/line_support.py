@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import EdgeMap, direction_bits
+from facetlog.perception.detection.edge_maps import EdgeMap, encode_direction
 from facetlog.perception.types import FloatArray, View
 
 # A view that has less than this share of a segment in the picture is no evidence about it.
@@ -42,7 +42,7 @@ def hits(view: View, edges: EdgeMap, samples: FloatArray) -> tuple[NDArray[np.bo
     column, row = np.rint(uv[..., 0]), np.rint(uv[..., 1])
     inside = (depth > 0) & (column >= 0) & (column < width) & (row >= 0) & (row < height)
     along = uv[:, -1] - uv[:, 0]
-    bits = direction_bits(np.arctan2(along[:, 1], along[:, 0]))
+    bits = encode_direction(np.arctan2(along[:, 1], along[:, 0]))
     at = np.where(inside, row * width + column, 0).astype(np.intp)
     return inside & ((edges.mask.take(at) & bits[:, None]) != 0), inside
 

@@ -25,7 +25,7 @@ MIN_LENGTH = 0.5
 MIN_VIEWS = 6
 
 
-def explained_share(
+def measure_share_explained(
     segments_3d: FloatArray,
     supported: NDArray[np.bool_],
     views: Sequence[View],
@@ -48,13 +48,15 @@ def _lengths(
 ) -> FloatArray:
     # Of each view the length that is explained, and of all its segments (V, 2).
     lengths = [
-        explained_length(segments_3d[supported[:, k]], view, found)
+        measure_explained_length(segments_3d[supported[:, k]], view, found)
         for k, (view, found) in enumerate(zip(views, segments_2d, strict=True))
     ]
     return np.array(lengths).reshape(-1, 2)
 
 
-def explained_length(segments_3d: FloatArray, view: View, found: FloatArray) -> tuple[float, float]:
+def measure_explained_length(
+    segments_3d: FloatArray, view: View, found: FloatArray
+) -> tuple[float, float]:
     """Return the length in px of a view's segments (n, 4) that 3-D ones (m, 2, 3) explain, and of
     all.
     """

@@ -23,7 +23,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     MIN_VIEWS,
-    explained_length,
+    measure_explained_length,
 )
 from facetlog.perception.detection.tracked_faces import TrackedFaces
 from facetlog.perception.types import FloatArray, View
@@ -64,7 +64,7 @@ class Contradiction:
     usual: float
 
 
-def contradicting_views(
+def find_contradicting_views(
     segments_3d: FloatArray,
     supported: NDArray[np.bool_],
     weight: FloatArray,
@@ -86,7 +86,7 @@ def contradicting_views(
     for k, (view, found) in enumerate(zip(views, segments_2d, strict=True)):
         of_others = support - supported[:, k] * weight[k] >= MIN_SUPPORT
         shown[k] = supported[of_others, k].mean() if of_others.any() else 0.0
-        shares[k] = _explained_share(segments_3d[of_others], view, found)
+        shares[k] = _measure_explained_share(segments_3d[of_others], view, found)
     judged = np.isfinite(shares)
     if judged.sum() < MIN_VIEWS:
         return ()
@@ -105,7 +105,7 @@ def contradicting_views(
     others = [k for k in np.flatnonzero(judged).tolist() if k not in wrong]
     if not wrong or not others:
         return ()
-    usual = blind.usual_share(others)
+    usual = blind.estimate_usual_share(others)
     alone = (blind.contradicts(k, frozenset((k,)), usual) for k in wrong)
     named = [each for each in alone if each][:most]
     return tuple(sorted(named, key=lambda each: each.view))
@@ -121,25 +121,25 @@ class _Blind:
     find_lines: FindLines
     lines: dict[frozenset[int], tuple[FloatArray, float]] = field(default_factory=dict)
 
-    def usual_share(self, among: Sequence[int]) -> float:
+    def estimate_usual_share(self, among: Sequence[int]) -> float:
         """Return which share of views' edges segments found without them usually explain."""
         some = np.linspace(0, len(among) - 1, min(len(among), YARDSTICKS)).round().astype(int)
         shares = []
         for k in (among[n] for n in some):
-            lines, _ = self._lines_without(frozenset((k,)))
-            shares.append(_explained_share(lines, self.views[k], self.segments_2d[k]))
+            lines, _ = self._find_lines_without(frozenset((k,)))
+            shares.append(_measure_explained_share(lines, self.views[k], self.segments_2d[k]))
         return float(np.median(shares))
 
     def contradicts(self, k: int, left_out: frozenset[int], usual: float) -> Contradiction | None:
         """Return by what a view contradicts the others than those left out, or None."""
-        lines, usually_shown = self._lines_without(left_out)
+        lines, usually_shown = self._find_lines_without(left_out)
         view, edges, found = self.views[k], self.maps[k], self.segments_2d[k]
-        share = _explained_share(lines, view, found)
-        short = usual - share > SHORT_SDS / (2.0 * np.sqrt(_independent(found)))
+        share = _measure_explained_share(lines, view, found)
+        short = usual - share > SHORT_SDS / (2.0 * np.sqrt(_count_independent(found)))
         if not len(lines) or not short:
             return None
         there = [replace(view, pose=v.pose) for j, v in enumerate(self.views) if j not in left_out]
-        chance = [_explained_share(lines, each, found) for each in there]
+        chance = [_measure_explained_share(lines, each, found) for each in there]
         by_chance = [_shown_share(lines, each, edges) for each in there]
         if share >= min(_least(chance, usual), MOST_EXPLAINED * usual):
             return None
@@ -147,7 +147,7 @@ class _Blind:
             return None
         return Contradiction(k, share, usual)
 
-    def _lines_without(self, left_out: frozenset[int]) -> tuple[FloatArray, float]:
+    def _find_lines_without(self, left_out: frozenset[int]) -> tuple[FloatArray, float]:
         # The segments, and which share of them the views usually show.
         if left_out not in self.lines:
             kept = [k for k in range(len(self.views)) if k not in left_out]
@@ -158,11 +158,11 @@ class _Blind:
         return self.lines[left_out]
 
 
-def _explained_share(segments_3d: FloatArray, view: View, found: FloatArray) -> float:
+def _measure_explained_share(segments_3d: FloatArray, view: View, found: FloatArray) -> float:
     """Return the share by length of a view's segments (n, 4) that 3-D ones explain; NaN without
     any.
     """
-    explained, total = explained_length(segments_3d, view, found)
+    explained, total = measure_explained_length(segments_3d, view, found)
     return explained / total if total > 0.0 else np.nan
 
 
@@ -175,7 +175,7 @@ def _shown_share(segments_3d: FloatArray, view: View, edges: EdgeMap) -> float:
     return float((cover > SUPPORTED).mean()) if len(cover) else np.nan
 
 
-def _independent(found: FloatArray) -> float:
+def _count_independent(found: FloatArray) -> float:
     """Return as how many of one length segments (n, 4) count: (sum l)^2 / sum l^2."""
     lengths = np.linalg.norm(found[:, 2:] - found[:, :2], axis=1)
     return float(lengths.sum() ** 2 / max(float(lengths @ lengths), 1e-300))
@@ -187,7 +187,7 @@ def _least(by_chance: Sequence[float], usual: float) -> float:
     return chance + MIN_ABOVE_CHANCE * (usual - chance)
 
 
-def without_them(
+def track_without(
     wrong: Sequence[Contradiction],
     views: Sequence[View],
     track: Callable[[Sequence[int]], TrackedFaces],

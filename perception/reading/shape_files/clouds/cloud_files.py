@@ -18,7 +18,7 @@ from facetlog.perception.reading.shape_files.clouds.las_points import las_points
 from facetlog.perception.reading.shape_files.clouds.pcd_points import read_pcd_points
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.clouds.point_table import NORMALS, PLACE
-from facetlog.perception.reading.shape_files.clouds.text_points import points_from_text
+from facetlog.perception.reading.shape_files.clouds.text_points import read_text_points
 from facetlog.perception.reading.shape_files.coordinate_resolution import (
     check_degrees,
     check_resolution,
@@ -95,7 +95,7 @@ def _read_las(shape: ShapeFile) -> Cloud:
 
 
 def _read_text(shape: ShapeFile) -> Cloud:
-    table = points_from_text(shape, shape.path.read_bytes())
+    table = read_text_points(shape, shape.path.read_bytes())
     cloud = Cloud.of(table.points, normals=table.normals, name=shape.name)
     return replace(cloud, warnings=(*table.warnings, *cloud.warnings))
 

@@ -10,10 +10,10 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.colmap_files import (
     EXPORT,
     Numbers,
-    colmap_cameras,
-    colmap_models,
-    colmap_pictures,
-    text_lines,
+    find_colmap_models,
+    iter_text_lines,
+    read_colmap_cameras,
+    read_colmap_images,
 )
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
@@ -26,7 +26,7 @@ _Point = tuple[tuple[float, float, float], float, tuple[int, ...]]
 
 def find_colmap_model(folder: Path) -> Path | None:
     """Return the folder of the largest model in or below a folder; None where there is none."""
-    return next((path.parent for path in colmap_models(folder, "points3D")), None)
+    return next((path.parent for path in find_colmap_models(folder, "points3D")), None)
 
 
 def read_colmap(folder: Path, most: int) -> Cloud:
@@ -41,8 +41,8 @@ def read_colmap(folder: Path, most: int) -> Cloud:
     name = folder.resolve().name if folder.name in ("", ".") else folder.name
     try:
         suffix = ".bin" if binary else ".txt"
-        cameras = colmap_cameras(folder / f"cameras{suffix}")
-        pictures = colmap_pictures(folder / f"images{suffix}")
+        cameras = read_colmap_cameras(folder / f"cameras{suffix}")
+        pictures = read_colmap_images(folder / f"images{suffix}")
         focal = {each.number: cameras[each.camera].parameters[0] for each in pictures}
         turns = [Rotation.from_quat(p.quaternion, scalar_first=True).as_matrix() for p in pictures]
         points = list(_points(folder, binary, most))
@@ -74,7 +74,7 @@ def read_colmap(folder: Path, most: int) -> Cloud:
 def _points(folder: Path, binary: bool, most: int) -> Iterator[_Point]:
     if not binary:
         for nth, words in enumerate(
-            line.split() for _, line in text_lines(folder / "points3D.txt") if line
+            line.split() for _, line in iter_text_lines(folder / "points3D.txt") if line
         ):
             _check_count(nth + 1, most, folder)
             x, y, z = (float(word) for word in words[1:4])

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from facetlog.errors import InputError, missing_extra
+from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
-from facetlog.python_process import importing_environment, python_module
+from facetlog.python_process import make_importing_environment, make_module_command
 
 __all__ = ["describe_fault", "las_points", "read_las_chunks"]
 
@@ -47,11 +47,11 @@ def las_points(shape: ShapeFile) -> tuple[FloatArray, tuple[str, ...]]:
     points, for damage, and where nothing else is left.
     """
     if find_spec("laspy") is None:  # an extra: surveys need it, nothing else does
-        raise missing_extra(f"{shape.name}: LAS files", "laspy", "las")
+        raise make_missing_extra_error(f"{shape.name}: LAS files", "laspy", "las")
     count, is_compressed = _check_header(shape)
     if is_compressed:
         if find_spec("lazrs") is None:
-            raise missing_extra(f"{shape.name}: LAZ files", "lazrs", "las")
+            raise make_missing_extra_error(f"{shape.name}: LAZ files", "lazrs", "las")
         rows = _read_compressed(shape)
     else:
         try:
@@ -61,7 +61,7 @@ def las_points(shape: ShapeFile) -> tuple[FloatArray, tuple[str, ...]]:
         except Exception as exc:  # readers raise any kind of error on a damaged file
             raise _is_damaged(shape, describe_fault(exc)) from exc
     if len(rows) < count:
-        raise shape.truncation(f"has {len(rows)} of {count} points")
+        raise shape.describe_truncation(f"has {len(rows)} of {count} points")
     points, marks = rows[:, :3], rows[:, 3]
     kept = marks == POINT
     if len(points) and not kept.any():
@@ -98,13 +98,13 @@ def read_las_chunks(path: Path) -> Iterator[FloatArray]:
 def _read_compressed(shape: ShapeFile) -> FloatArray:
     """Read a LAZ in a process of its own: the decompressor aborts on damaged data."""
     process = subprocess.run(
-        python_module(
+        make_module_command(
             "facetlog.perception.reading.shape_files.clouds.laz_process", str(shape.path)
         ),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         start_new_session=True,  # a Ctrl-C of the terminal is for us
-        env=importing_environment(),
+        env=make_importing_environment(),
         check=False,
     )
     if process.returncode:
@@ -140,19 +140,19 @@ def _check_header(shape: ShapeFile) -> tuple[int, bool]:
     minor = head[MINOR_AT] if len(head) > MINOR_AT else 0
     least = MOST_HEADER_BYTES if minor > 4 else LEAST_HEADER.get(minor, HEADER_BYTES)
     if len(head) < least:
-        raise shape.truncation("ends within its header")
+        raise shape.describe_truncation("ends within its header")
     header_bytes, start, records = struct.unpack_from(SIZES, head, SIZES_AT)
     point_bytes, count = struct.unpack_from(RECORD, head, RECORD_AT)
     if not least <= header_bytes <= start <= size:
-        raise shape.inconsistency(f"says that its points begin at byte {start} of {size}")
+        raise shape.describe_inconsistency(f"says that its points begin at byte {start} of {size}")
     if records * VLR_BYTES > start - header_bytes:
-        raise shape.false_claim(f"{records} records before its points")
+        raise shape.describe_false_claim(f"{records} records before its points")
     if minor >= 4:
         extended_at, extended, count = struct.unpack_from(EXTENDED, head, EXTENDED_AT)
         if extended and extended_at + extended * EVLR_BYTES > size:
-            raise shape.false_claim(f"{extended} records after its points")
+            raise shape.describe_false_claim(f"{extended} records after its points")
     shape.check_points(count)
     is_compressed = bool(head[FORMAT_AT] & COMPRESSED)
     if not is_compressed and count * point_bytes > size - start:
-        raise shape.false_claim(f"{count} points")
+        raise shape.describe_false_claim(f"{count} points")
     return count, is_compressed

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.reading.shape_files.clouds.point_table import (
     PointTable,
-    columns_of,
-    rows_from_binary,
-    rows_from_text,
+    extract_point_columns,
+    read_binary_rows,
+    read_text_rows,
 )
 from facetlog.perception.reading.shape_files.clouds.range_image import find_camera_centre
 from facetlog.perception.reading.shape_files.file_text import (
@@ -85,23 +85,23 @@ def read_pcd_points(shape: ShapeFile) -> tuple[PointTable, Viewpoint]:
         raise shape.error(
             f"is no PCD: no line DATA in its first {HEADER_BYTES} bytes; export the cloud again"
         )
-    header = _header(to_plain_bytes(head[: found.end()]).decode(), shape)
+    header = _parse_pcd_header(to_plain_bytes(head[: found.end()]).decode(), shape)
     shape.check_points(header.count)
     body = data[found.end() :].removeprefix(find_line_end(head))
     match header.data:
         case "ascii":
-            rows = rows_from_text(shape, to_plain_bytes(body), sum(header.repeats), header.count)
+            rows = read_text_rows(shape, to_plain_bytes(body), sum(header.repeats), header.count)
             fields = tuple(
                 field if n == 1 else f"{field}_{k}"
                 for field, n in zip(header.fields, header.repeats, strict=True)
                 for k in range(n)
             )
-            table = columns_of(shape, fields, rows)
+            table = extract_point_columns(shape, fields, rows)
         case "binary":
-            packed = rows_from_binary(shape, body, header.row, header.count)
-            table = columns_of(shape, header.fields, packed)
+            packed = read_binary_rows(shape, body, header.row, header.count)
+            table = extract_point_columns(shape, header.fields, packed)
         case "binary_compressed":
-            table = columns_of(shape, header.fields, _unpacked(body, header, shape))
+            table = extract_point_columns(shape, header.fields, _unpacked(body, header, shape))
         case _:
             raise shape.error(f"has DATA {header.data[:30]}, which is no kind of PCD")
     return table, _viewpoint(header, table.points)
@@ -128,7 +128,7 @@ def _viewpoint(header: _Header, points: FloatArray) -> Viewpoint:
     return Viewpoint(np.array(places) if places else None, camera, axes)
 
 
-def _header(text: str, shape: ShapeFile) -> _Header:
+def _parse_pcd_header(text: str, shape: ShapeFile) -> _Header:
     lines = (line.partition("#")[0].split() for line in text.splitlines())
     entries = {words[0].upper(): words[1:] for words in lines if words}
     if "FIELDS" not in entries and "COLUMNS" in entries:
@@ -166,7 +166,7 @@ def _unpacked(
 ) -> "np.ndarray[tuple[int], np.dtype[np.void]]":
     """Return the rows of compressed data, which is kept field by field."""
     row = header.row
-    truncated = shape.inconsistency("its compressed data is not that of its points")
+    truncated = shape.describe_inconsistency("its compressed data is not that of its points")
     if len(body) < 8:
         raise truncated
     packed, size = struct.unpack("<II", body[:8])

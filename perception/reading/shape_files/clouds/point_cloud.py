@@ -78,28 +78,30 @@ class Cloud:
             for given in (normals, seen_from, errors)
         ]
         ups, places, axes = (
-            None if given is None else _settled(np.array(given, dtype=np.float64).reshape(-1, 3))
+            None
+            if given is None
+            else _make_read_only(np.array(given, dtype=np.float64).reshape(-1, 3))
             for given in (camera_ups, sensor_places, world_axes)
         )
         return cls(
-            _settled(every[rows]),
-            _unit_rows(extra[0]),
+            _make_read_only(every[rows]),
+            _normalize_rows(extra[0]),
             name,
-            None if extra[1] is None else _settled(extra[1]),
+            None if extra[1] is None else _make_read_only(extra[1]),
             ups,
-            None if extra[2] is None else _settled(extra[2]),
+            None if extra[2] is None else _make_read_only(extra[2]),
             tuple(said),
             places,
             axes,
         )
 
 
-def _settled(values: FloatArray) -> FloatArray:
+def _make_read_only(values: FloatArray) -> FloatArray:
     values.setflags(write=False)
     return values
 
 
-def _unit_rows(normals: FloatArray | None) -> FloatArray | None:
+def _normalize_rows(normals: FloatArray | None) -> FloatArray | None:
     """Return normals (n, 3) of unit length; zeros where they had none; None where none has any."""
     if normals is None:
         return None
@@ -110,4 +112,4 @@ def _unit_rows(normals: FloatArray | None) -> FloatArray | None:
         return None
     unit = np.zeros_like(normals)
     unit[known] = normals[known] / length[known, None]
-    return _settled(unit)
+    return _make_read_only(unit)

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NORMALS", "PLACE", "PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
+__all__ = [
+    "NORMALS",
+    "PLACE",
+    "PointTable",
+    "extract_point_columns",
+    "read_binary_rows",
+    "read_text_rows",
+]
 
 # A number in text takes a digit and a blank.
 LEAST_TEXT_BYTES = 2
@@ -27,27 +34,27 @@ class PointTable:
     warnings: tuple[str, ...] = ()
 
 
-def rows_from_binary(
+def read_binary_rows(
     shape: ShapeFile, data: bytes, dtype: np.dtype[Any], count: int
 ) -> NDArray[Any]:
     """Return `count` packed rows from the start of the data; InputError where it has fewer."""
     needed = count * dtype.itemsize
     if needed > len(data):
-        raise shape.false_claim(f"{count} points")
+        raise shape.describe_false_claim(f"{count} points")
     return np.frombuffer(data, dtype, count)
 
 
-def rows_from_text(shape: ShapeFile, data: bytes, columns: int, count: int) -> FloatArray:
+def read_text_rows(shape: ShapeFile, data: bytes, columns: int, count: int) -> FloatArray:
     """Return `count` rows of `columns` numbers, (count, columns); InputError where it has fewer."""
     if count * columns * LEAST_TEXT_BYTES > len(data) + LEAST_TEXT_BYTES:
-        raise shape.false_claim(f"{count} points")
+        raise shape.describe_false_claim(f"{count} points")
     try:
         rows = np.loadtxt(io.BytesIO(data), max_rows=count, ndmin=2) if count else np.empty((0, 0))
     except (ValueError, UnicodeDecodeError) as exc:
         said = " ".join(str(exc).split())
         raise shape.error(f"has a damaged row ({said[:100]}); export the cloud again") from exc
     if rows.shape[0] < count:
-        raise shape.false_claim(f"{count} points")
+        raise shape.describe_false_claim(f"{count} points")
     if count and rows.shape[1] != columns:
         raise shape.error(
             f"has rows of {rows.shape[1]} numbers where its header says {columns}; "
@@ -56,7 +63,9 @@ def rows_from_text(shape: ShapeFile, data: bytes, columns: int, count: int) -> F
     return rows.reshape(count, columns)
 
 
-def columns_of(shape: ShapeFile, fields: tuple[str, ...], rows: NDArray[Any]) -> PointTable:
+def extract_point_columns(
+    shape: ShapeFile, fields: tuple[str, ...], rows: NDArray[Any]
+) -> PointTable:
     """Return places and normals of rows, which are packed or (n, fields) numbers."""
     lower = [field.lower() for field in fields]
     if not set(PLACE) <= set(lower):

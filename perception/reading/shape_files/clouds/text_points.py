@@ -18,7 +18,7 @@ from facetlog.perception.reading.shape_files.clouds.point_table import (
     NORMALS,
     PLACE,
     PointTable,
-    columns_of,
+    extract_point_columns,
 )
 from facetlog.perception.reading.shape_files.file_text import to_plain_bytes
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
@@ -153,7 +153,7 @@ INDEX_FIRST = (
 )
 
 
-def points_from_text(shape: ShapeFile, data: bytes) -> PointTable:
+def read_text_points(shape: ShapeFile, data: bytes) -> PointTable:
     """Return the points of rows of numbers.
 
     Names in a first row, or in a remark as numpy.savetxt and CloudCompare write them, say where
@@ -172,7 +172,7 @@ def points_from_text(shape: ShapeFile, data: bytes) -> PointTable:
     try:
         rows = _load(body, form, most)
     except (ValueError, UnicodeDecodeError) as exc:
-        if len(names) != width or not _name_place(names):
+        if len(names) != width or not _has_coordinate_names(names):
             said = " ".join(str(exc).split()).partition("; use")[0]
             raise shape.error(
                 f"is no table of numbers ({said[:100]}); give x, y, z in each row"
@@ -183,10 +183,10 @@ def points_from_text(shape: ShapeFile, data: bytes) -> PointTable:
     if rows.shape[1] < 3:
         raise shape.error("has no x, y, z in each row; export the cloud again")
     if count > len(rows):
-        raise shape.truncation(f"has {len(rows)} of {count} points that it claims")
+        raise shape.describe_truncation(f"has {len(rows)} of {count} points that it claims")
     if not names:
         return _without_names(shape, rows)
-    if not _name_place(names):
+    if not _has_coordinate_names(names):
         advice = "name those of the place x, y, z"
         if {each.lower() for each in names} & set(DEGREES):
             advice = (
@@ -250,7 +250,7 @@ def _head(file: io.BytesIO, shape: ShapeFile) -> tuple[tuple[str, ...], int, lis
         if not line or (text and not text.startswith(REMARKS)):
             words = split_row(text, find_separator(text))
             numbers = [word for word in words if _is_number(word)]
-            if not names and words and (_name_place(words) or not numbers):
+            if not names and words and (_has_coordinate_names(words) or not numbers):
                 names = words
             elif len(words) == 1 and numbers and not count and not names:
                 # how many rows there are, as .pts have it and CloudCompare may
@@ -281,7 +281,7 @@ def _names_in(remarks: list[str], columns: int, separator: str | None) -> tuple[
     for remark in reversed(remarks):
         text = remark.removeprefix("//").lstrip("#").strip()
         words = split_row(text, find_separator(text))
-        if _name_place(words):
+        if _has_coordinate_names(words):
             # as in "columns: x y z"
             return words[1:] if words[0].endswith(":") else words
         if separator is not None and find_separator(text) == separator and len(words) == columns:
@@ -295,12 +295,12 @@ def _with_names(
     """Return the columns by their names; rows may have an index before them, as R writes it."""
     width = rows.shape[1]
     if len(names) == width:
-        return columns_of(shape, names, rows)
+        return extract_point_columns(shape, names, rows)
     if len(names) == width - 1 and _counts(rows[:, 0]):
-        return columns_of(shape, names, rows[:, 1:])
+        return extract_point_columns(shape, names, rows[:, 1:])
     # names with blanks in them, or a unit after them: the first three are where they are
     if form.separator is None and len(names) > width and tuple(map(str.lower, names[:3])) == PLACE:
-        return columns_of(shape, PLACE, rows)
+        return extract_point_columns(shape, PLACE, rows)
     raise shape.error(
         f"names {len(names)} columns ({_quoted(names)}) of rows of {width} numbers; "
         "give each column one name, and write decimal points"
@@ -321,7 +321,11 @@ def _without_names(shape: ShapeFile, rows: FloatArray) -> PointTable:
             f"the first of {width} columns has whole numbers alone, as a label, an index "
             f"or a colour has: {NAME_THEM}"
         )
-    others_first = width >= 6 and _are_others(rows[:, :3]) and not _are_others(rows[:, 3:6])
+    others_first = (
+        width >= 6
+        and _may_be_colour_or_normal(rows[:, :3])
+        and not _may_be_colour_or_normal(rows[:, 3:6])
+    )
     if others_first:
         raise shape.error(
             f"the first three of {width} columns may be colours or normals: {NAME_THEM}"
@@ -358,12 +362,12 @@ def _is_colour_or_normal(columns: FloatArray) -> bool:
     return _is_whole(columns) and bool(((columns >= 0.0) & (columns <= MOST_COLOUR)).all())
 
 
-def _are_others(columns: FloatArray) -> bool:
+def _may_be_colour_or_normal(columns: FloatArray) -> bool:
     """Return whether columns (n, 3) may be colours, also of 0 to 1, or unit normals."""
     return _is_colour_or_normal(columns) or bool(((columns >= 0.0) & (columns <= 1.0)).all())
 
 
-def _name_place(words: tuple[str, ...]) -> bool:
+def _has_coordinate_names(words: tuple[str, ...]) -> bool:
     return set(PLACE) <= {word.lower() for word in words}
 
 

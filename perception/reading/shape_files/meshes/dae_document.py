@@ -106,7 +106,7 @@ class DaeDocument:
         matrix = np.eye(4)
         for step in node:
             if step.tag in _TRANSFORMS:
-                matrix = matrix @ _transform(
+                matrix = matrix @ _make_transform(
                     step.tag, self.parse_numbers(step.text, f"a {step.tag}"), self.shape
                 )
         return matrix
@@ -137,7 +137,7 @@ class DaeDocument:
             self.parse_integer(accessor, "count", 0),
         )
         if start + count * stride > len(values):
-            raise self.shape.false_claim(
+            raise self.shape.describe_false_claim(
                 f"{count} rows of {stride} numbers in an array of {len(values)}"
             )
         return values[start : start + count * stride].reshape(count, stride)
@@ -156,7 +156,7 @@ class DaeDocument:
 _TRANSFORMS = {"matrix": 16, "translate": 3, "rotate": 4, "scale": 3, "lookat": 9, "skew": 7}
 
 
-def _transform(kind: str, numbers: FloatArray, shape: ShapeFile) -> FloatArray:
+def _make_transform(kind: str, numbers: FloatArray, shape: ShapeFile) -> FloatArray:
     """Return the matrix (4, 4) of a transformation element."""
     if len(numbers) != _TRANSFORMS[kind]:
         raise shape.error(

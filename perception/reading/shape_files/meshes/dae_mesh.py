@@ -82,10 +82,10 @@ class _Scene(DaeDocument):
         for node, world in placed:
             for child in node:
                 if child.tag == "instance_geometry":
-                    points, triangles = self._geometry(self.follow(child))
+                    points, triangles = self._get_geometry(self.follow(child))
                     yield move_part(points, triangles, world)
                 elif child.tag == "instance_controller":
-                    yield self._controlled(child, world)
+                    yield self._read_controller(child, world)
 
     def _iter_nodes(
         self, scene: ElementTree.Element
@@ -107,7 +107,7 @@ class _Scene(DaeDocument):
             ]
             waiting += [(child, world, depth + 1) for child in reversed(below)]
 
-    def _geometry(self, geometry: ElementTree.Element) -> tuple[FloatArray, Indices]:
+    def _get_geometry(self, geometry: ElementTree.Element) -> tuple[FloatArray, Indices]:
         """Return points and triangles of a geometry in its own frame."""
         key = geometry.get("id", "")
         if key not in self._geometries:
@@ -201,9 +201,9 @@ class _Scene(DaeDocument):
             self.warnings.append(f"{primitive.tag} counts {count} and holds {held}: all are read")
 
     def _is_inconsistent(self, primitive: ElementTree.Element, what: str) -> InputError:
-        return self.shape.inconsistency(f"{primitive.tag} has {what}")
+        return self.shape.describe_inconsistency(f"{primitive.tag} has {what}")
 
-    def _controlled(
+    def _read_controller(
         self, instance: ElementTree.Element, world: FloatArray
     ) -> tuple[FloatArray, Indices]:
         """Return points and triangles of an instance of a controller, in the scene's frame."""
@@ -216,7 +216,7 @@ class _Scene(DaeDocument):
         if len(bind):
             points, triangles = move_part(points, triangles, self.parse_matrix(bind))
         names, inverse = self._skin_joints(skin)
-        places = [self._joint_place(name, instance) for name in names]
+        places = [self._find_joint_matrix(name, instance) for name in names]
         missing = [name for name, place in zip(names, places, strict=True) if place is None]
         if missing:
             self.warnings.append(
@@ -239,7 +239,7 @@ class _Scene(DaeDocument):
     def _shape(self, element: ElementTree.Element) -> tuple[FloatArray, Indices]:
         """Return points and triangles of a geometry, or of a controller that morphs one."""
         if element.tag == "geometry":
-            return self._geometry(element)
+            return self._get_geometry(element)
         morph = element.find("morph")
         if morph is None:
             raise self.shape.error(f"a {element.tag} is neither skin nor morph; export it again")
@@ -262,7 +262,7 @@ class _Scene(DaeDocument):
                 other = self.ids.get(target)
                 if other is None or other.tag != "geometry":
                     raise self.shape.error(f"a morph's target {target:.40} is missing")
-                shape = self._geometry(other)[0]
+                shape = self._get_geometry(other)[0]
                 if len(shape) != len(points):
                     raise self.shape.error("a morph's target has other vertices")
                 moved = moved + weight * shape
@@ -282,7 +282,7 @@ class _Scene(DaeDocument):
             raise self.shape.error("a skin has not a matrix for each joint; export it again")
         return names, inverse
 
-    def _joint_place(self, name: str, instance: ElementTree.Element) -> FloatArray | None:
+    def _find_joint_matrix(self, name: str, instance: ElementTree.Element) -> FloatArray | None:
         """Return a joint's world matrix: in the instance's skeletons if several have its name."""
         found = self._joints.get(name, [])
         if len(found) > 1:
@@ -311,7 +311,7 @@ class _Scene(DaeDocument):
         flat = self.parse_numbers(block.findtext("v"), "a list of weights", np.int64)
         values = self.read_values(self.follow(inputs["WEIGHT"], "source"))[0]
         if len(sizes) != count or (sizes < 0).any() or sizes.sum() * stride != len(flat):
-            raise self.shape.inconsistency(
+            raise self.shape.describe_inconsistency(
                 f"a skin has weights for {len(sizes)} of {count} vertices, or not those that it "
                 "counts",
             )

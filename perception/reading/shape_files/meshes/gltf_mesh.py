@@ -141,7 +141,7 @@ class _Scene:
         while waiting:
             number, above = waiting.pop()
             node = self.nodes[number]
-            self.places[number] = above @ _local_matrix(node)
+            self.places[number] = above @ _compute_local_matrix(node)
             waiting += [(child, self.places[number]) for child in node.get("children", ())]
         if len(self.places) < len(self.nodes):
             raise ValueError("a node is its own ancestor")
@@ -249,10 +249,12 @@ class _Scene:
         else:
             corners = np.arange(len(points))
         if len(corners) and int(corners.max()) >= len(points):
-            raise self.shape.inconsistency(f"a face names vertex {corners.max()} of {len(points)}")
+            raise self.shape.describe_inconsistency(
+                f"a face names vertex {corners.max()} of {len(points)}"
+            )
         if mode == TRIANGLES:
             if len(corners) % 3:
-                raise self.shape.inconsistency(
+                raise self.shape.describe_inconsistency(
                     f"has triangles of {len(corners)} corners, no multiple of three"
                 )
             return points, corners.reshape(-1, 3)
@@ -273,7 +275,7 @@ class _Scene:
         if len(counts) != 1:
             raise ValueError(f"instances of {sorted(counts)} attributes")
         for row in range(counts.pop()):
-            yield _compose(
+            yield _compose_matrix(
                 held["TRANSLATION"][row] if "TRANSLATION" in held else (0.0, 0.0, 0.0),
                 held["ROTATION"][row] if "ROTATION" in held else (0.0, 0.0, 0.0, 1.0),
                 held["SCALE"][row] if "SCALE" in held else (1.0, 1.0, 1.0),
@@ -293,17 +295,17 @@ class _Scene:
         return skin_points(points, matrices, owners.astype(np.int64), weights)
 
 
-def _local_matrix(node: dict[str, Any]) -> FloatArray:
+def _compute_local_matrix(node: dict[str, Any]) -> FloatArray:
     if "matrix" in node:
         return np.asarray(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    return _compose(
+    return _compose_matrix(
         node.get("translation", (0.0, 0.0, 0.0)),
         node.get("rotation", (0.0, 0.0, 0.0, 1.0)),
         node.get("scale", (1.0, 1.0, 1.0)),
     )
 
 
-def _compose(
+def _compose_matrix(
     translation: Sequence[float] | FloatArray,
     rotation: Sequence[float] | FloatArray,
     scale: Sequence[float] | FloatArray,
@@ -344,17 +346,17 @@ def is_compressed(shape: ShapeFile, extension: str) -> InputError:
 
 def _read_chunks(data: bytes, shape: ShapeFile) -> tuple[bytes, bytes | None]:
     if len(data) < 20:
-        raise shape.truncation("ends within its GLB header")
+        raise shape.describe_truncation("ends within its GLB header")
     version, total, length, chunk = struct.unpack("<4xIIII", data[:20])
     if version != 2:
         raise shape.error(f"is glTF {version}.0, which is not read; convert it to glTF 2.0")
     if total > len(data) or 20 + length > len(data) or chunk != GLB_JSON:
-        raise shape.false_claim(f"{max(total, 20 + length)} bytes")
+        raise shape.describe_false_claim(f"{max(total, 20 + length)} bytes")
     place, binary = 20 + length, None
     while place + 8 <= total and binary is None:
         size, chunk = struct.unpack("<II", data[place : place + 8])
         if place + 8 + size > total:
-            raise shape.false_claim(f"a chunk of {size} bytes")
+            raise shape.describe_false_claim(f"a chunk of {size} bytes")
         if chunk == GLB_BINARY:
             binary = data[place + 8 : place + 8 + size]
         place += 8 + size
@@ -379,12 +381,12 @@ class GltfData:
         if not isinstance(count, int) or count < 0:
             raise ValueError(f"an accessor of {count} elements")
         if "bufferView" in accessor:
-            raw = self._elements(accessor, count, width, component).astype(np.float64)
+            raw = self._read_elements(accessor, count, width, component).astype(np.float64)
         else:
             # zeros (3.6.2.1), with `sparse` all but a few
             self._zeros += count
             if self._zeros > 3 * self.shape.limits.triangles:
-                raise self.shape.false_claim(f"{count} values in 0 bytes")
+                raise self.shape.describe_false_claim(f"{count} values in 0 bytes")
             raw = np.zeros((count, width))
         if "sparse" in accessor:
             self._replace_sparse(raw, accessor["sparse"], width, component)
@@ -406,36 +408,36 @@ class GltfData:
     ) -> None:
         count = sparse["count"]
         kind = np.dtype(COMPONENTS[sparse["indices"]["componentType"]])
-        at = self._elements(sparse["indices"], count, 1, kind).astype(np.int64).ravel()
-        raw[at] = self._elements(sparse["values"], count, width, component)
+        at = self._read_elements(sparse["indices"], count, 1, kind).astype(np.int64).ravel()
+        raw[at] = self._read_elements(sparse["values"], count, width, component)
 
-    def _elements(
+    def _read_elements(
         self, part: dict[str, Any], count: int, width: int, component: np.dtype[Any]
     ) -> np.ndarray[Any, Any]:
         view = self.document["bufferViews"][part["bufferView"]]
-        data = self._view_bytes(view)
+        data = self._get_view_bytes(view)
         start, element = part.get("byteOffset", 0), width * component.itemsize
         stride = view.get("byteStride", element) or element
         if count and (start < 0 or start + stride * (count - 1) + element > len(data)):
-            raise self.shape.false_claim(f"{count} values in {len(data)} bytes")
+            raise self.shape.describe_false_claim(f"{count} values in {len(data)} bytes")
         if count == 0:
             return np.zeros((0, width), dtype=component)
         return np.ndarray((count, width), component, data, start, (stride, component.itemsize))
 
-    def _view_bytes(self, view: dict[str, Any]) -> memoryview:
+    def _get_view_bytes(self, view: dict[str, Any]) -> memoryview:
         index, start, length = view["buffer"], view.get("byteOffset", 0), view["byteLength"]
         try:
-            buffer = self._buffer(index)
+            buffer = self._get_buffer(index)
         except InputError:
             compressed = [key for key in COMPRESSED if key in view.get("extensions", {})]
             if not compressed:
                 raise
             raise is_compressed(self.shape, compressed[0]) from None
         if start < 0 or length < 0 or start + length > len(buffer):
-            raise self.shape.false_claim(f"a view of {length} bytes")
+            raise self.shape.describe_false_claim(f"a view of {length} bytes")
         return memoryview(buffer)[start : start + length]
 
-    def _buffer(self, index: int) -> bytes:
+    def _get_buffer(self, index: int) -> bytes:
         if index not in self._buffers:
             self._buffers[index] = self._load_buffer(self.document["buffers"][index], index)
         return self._buffers[index]

@@ -43,7 +43,7 @@ def read_obj(data: bytes, shape: ShapeFile) -> TriangleList:
     vertices, faces = list[bytes](), list[bytes]()
     vertex_lines, face_lines, before = list[int](), list[int](), list[int]()
     free_form = drawn = False
-    for number, line in _logical_lines(text):
+    for number, line in _join_continued_lines(text):
         match line[:2]:
             case b"v ":
                 vertices.append(line[2:])
@@ -77,7 +77,7 @@ def read_obj(data: bytes, shape: ShapeFile) -> TriangleList:
     points = parse_rows(_without_comments(vertices), 3, vertex_lines, shape, "vertex")
     corners, sizes = _parse_faces(_without_comments(faces), face_lines, shape)
     if sizes[-1] < 3 and not text.endswith(b"\n") and text.endswith(faces[-1]):
-        raise shape.truncation("ends within a face")
+        raise shape.describe_truncation("ends within a face")
     corners = _to_absolute(corners, sizes, before, face_lines, len(points), shape)
     found = cut_polygons(points, corners, sizes, shape)
     if not free_form:
@@ -99,7 +99,7 @@ def _warn_of_cut(corners: Indices, count: int) -> tuple[str, ...]:
     )
 
 
-def _logical_lines(text: bytes) -> Iterator[tuple[int, bytes]]:
+def _join_continued_lines(text: bytes) -> Iterator[tuple[int, bytes]]:
     r"""Yield lines by the number of their first, those that end in \ with the next; comments never
     do.
     """
@@ -166,4 +166,4 @@ def _to_absolute(
         raise shape.error(f"{place}: indices of an OBJ begin at 1; export the mesh again")
     if value < 0:
         raise shape.error(f"{place}: there are {so_far[at]} before it; export the mesh again")
-    raise shape.inconsistency(f"{place}: there are {count}")
+    raise shape.describe_inconsistency(f"{place}: there are {count}")

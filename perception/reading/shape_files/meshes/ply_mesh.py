@@ -46,14 +46,14 @@ def read_ply(data: bytes, shape: ShapeFile) -> TriangleList:
     corners, sizes = _read_corners(rows.get("face"), shape)
     if (sizes < 2).any():
         row = int(np.flatnonzero(sizes < 2)[0])
-        raise shape.inconsistency(f"face {row} has {sizes[row]} corners")
+        raise shape.describe_inconsistency(f"face {row} has {sizes[row]} corners")
     flat, lengths = _read_corners(rows.get("tristrips"), shape)
     stripped = _strip_corners(np.split(flat, np.cumsum(lengths)[:-1]))
     corners = np.concatenate((corners, stripped.ravel()))
     sizes = np.concatenate((sizes, np.full(len(stripped), 3)))
     beyond = np.flatnonzero((corners < 0) | (corners >= len(points)))
     if len(beyond):
-        raise shape.inconsistency(
+        raise shape.describe_inconsistency(
             f"a face names vertex {corners[beyond[0]]}, its vertices are 0 to {len(points) - 1}",
         )
     found = cut_polygons(points, corners, sizes, shape)

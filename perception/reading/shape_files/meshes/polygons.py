@@ -98,7 +98,7 @@ def triangulate(points: FloatArray, corners: Indices, sizes: Indices) -> Triangu
     triangles: list[Indices] = [np.zeros((0, 3), dtype=np.int64)]
     owners: list[Indices] = [np.zeros(0, dtype=np.int64)]
     crossing = 0
-    for rows in _blocks_of_one_size(sizes):
+    for rows in _iter_same_size_blocks(sizes):
         size = int(sizes[rows[0]])
         rings = corners[starts[rows][:, None] + np.arange(size)]
         there = (rings >= 0) & (rings < len(points))
@@ -107,7 +107,7 @@ def triangulate(points: FloatArray, corners: Indices, sizes: Indices) -> Triangu
         first = np.full(len(rows), -1)
         first[whole] = _fan_starts(points[rings[whole]])
         fans = first >= 0
-        turned = _begin_at(rings[fans], first[fans])
+        turned = _roll_rings(rings[fans], first[fans])
         steps = np.arange(1, size - 1)
         fan = np.stack(
             (np.repeat(turned[:, :1], size - 2, axis=1), turned[:, steps], turned[:, steps + 1]), -1
@@ -125,7 +125,7 @@ def triangulate(points: FloatArray, corners: Indices, sizes: Indices) -> Triangu
     return Triangulation(np.concatenate(triangles)[order], int((sizes < 3).sum()), crossing)
 
 
-def _blocks_of_one_size(sizes: Indices) -> Iterator[Indices]:
+def _iter_same_size_blocks(sizes: Indices) -> Iterator[Indices]:
     """Yield rows of polygons with as many corners each, never more corners than fit into memory."""
     order = np.argsort(sizes, kind="stable")
     order = order[sizes[order] >= 3]
@@ -155,7 +155,7 @@ def _fan_starts(rings: FloatArray) -> Indices:
     """
     if rings.shape[1] == 3:
         return np.zeros(len(rings), dtype=np.int64)
-    normals, _ = _area_vectors(rings)
+    normals, _ = _compute_area_vectors(rings)
     after = np.roll(rings, -1, axis=1) - rings
     before = np.roll(after, 1, axis=1)
     lengths = np.linalg.norm(after, axis=2)
@@ -174,11 +174,11 @@ def _fan_starts(rings: FloatArray) -> Indices:
         convex |= one
         beside = np.where(one[:, None], inward, beside)
     usable = beside & convex[:, None]
-    first = np.argmin(np.where(usable, _distances_to_middle(rings), np.inf), axis=1)
+    first = np.argmin(np.where(usable, _compute_middle_distances(rings), np.inf), axis=1)
     return np.where(usable.any(axis=1), first, -1)
 
 
-def _area_vectors(rings: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _compute_area_vectors(rings: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return unit normals (m, 3) and areas (m,) of rings (m, n, 3): Newell's method, about the
     middle.
     """
@@ -189,12 +189,12 @@ def _area_vectors(rings: FloatArray) -> tuple[FloatArray, FloatArray]:
     return summed / np.where(lengths > 0.0, lengths, 1.0)[:, None], 0.5 * lengths
 
 
-def _distances_to_middle(rings: FloatArray) -> FloatArray:
+def _compute_middle_distances(rings: FloatArray) -> FloatArray:
     distances: FloatArray = np.linalg.norm(rings - rings.mean(axis=1, keepdims=True), axis=2)
     return distances
 
 
-def _begin_at(rings: Indices, first: Indices) -> Indices:
+def _roll_rings(rings: Indices, first: Indices) -> Indices:
     """Return rings (m, n) turned round so that each begins with its corner `first` (m,)."""
     columns = (np.arange(rings.shape[1]) + first[:, None]) % rings.shape[1]
     return np.take_along_axis(rings, columns, axis=1)
@@ -203,12 +203,12 @@ def _begin_at(rings: Indices, first: Indices) -> Indices:
 def _clip_ears(points: FloatArray, rings: Sequence[Indices]) -> tuple[Indices, bool]:
     """Return triangles (m, 3) of one polygon by its rings, and whether it crosses itself."""
     outline = points[rings[0]]
-    normals, areas = _area_vectors(outline[None])
+    normals, areas = _compute_area_vectors(outline[None])
     normal, area = normals[0], float(areas[0])
     perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
     if not area > NO_AREA * perimeter**2:
         normal = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)[2][2]
-    start = int(np.argmin(_distances_to_middle(outline[None])))
+    start = int(np.argmin(_compute_middle_distances(outline[None])))
     order = np.concatenate((np.roll(rings[0], -start), *rings[1:]))
     # axes in the plane: of a frame turned so that its last axis is the normal
     _, _, axes = np.linalg.svd(normal[None])

@@ -56,11 +56,11 @@ def read_stl(data: bytes, shape: ShapeFile) -> TriangleList:
     (count,) = struct.unpack("<I", data[80:84])
     held = (len(data) - HEADER_BYTES) // TRIANGLE.itemsize
     if count > held:
-        raise shape.false_claim(f"{count} triangles")
+        raise shape.describe_false_claim(f"{count} triangles")
     shape.check_triangles(count)
     rest = data[HEADER_BYTES + count * TRIANGLE.itemsize :]
-    if held > count and _are_triangles(rest):
-        raise shape.inconsistency(f"counts {count} triangles but holds {held}")
+    if held > count and _is_triangle_data(rest):
+        raise shape.describe_inconsistency(f"counts {count} triangles but holds {held}")
     if count == 0:
         raise NoTrianglesError(f"{shape.name}: has no triangles; export the mesh again")
     rows = np.frombuffer(data, dtype=TRIANGLE, count=count, offset=HEADER_BYTES)
@@ -68,7 +68,7 @@ def read_stl(data: bytes, shape: ShapeFile) -> TriangleList:
     return TriangleList(points, np.arange(3 * count).reshape(-1, 3))
 
 
-def _are_triangles(data: bytes) -> bool:
+def _is_triangle_data(data: bytes) -> bool:
     """Return whether bytes after the counted triangles are more of them: each with corners that
     differ and a normal at right angles to its sides.
     """
@@ -119,7 +119,7 @@ def _find_facets(text: bytes, shape: ShapeFile) -> tuple[list[bytes], list[int],
         elif word not in NEXT[last]:
             if number == len(lines):
                 break  # within a word
-            raise shape.inconsistency(
+            raise shape.describe_inconsistency(
                 f"{quote_line(number, line)}: cannot follow {last.decode()} in an STL"
             )
         elif word == b"endloop":
@@ -127,5 +127,7 @@ def _find_facets(text: bytes, shape: ShapeFile) -> tuple[list[bytes], list[int],
             start = len(rows)
         last = word
     if last != b"endsolid":
-        raise shape.truncation(f"ends within a solid (line {len(lines)}, after {last.decode()})")
+        raise shape.describe_truncation(
+            f"ends within a solid (line {len(lines)}, after {last.decode()})"
+        )
     return rows, numbers, sizes

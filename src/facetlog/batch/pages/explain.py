@@ -13,7 +13,7 @@ from facetlog.errors import FacetlogError, QueryError
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.shapes.read_shape import read_shape
-from facetlog.terminal import one_line
+from facetlog.terminal import fit_on_one_line
 
 
 class Mistaken(TypedDict):
@@ -50,26 +50,28 @@ def explained(item: Item, settings: Settings, question: Mistaken) -> dict[str, A
         with loaded_scene(scene, settings) as base:
             return {"picture": picture, "reasons": list(_reasons(base, question))}
     except FacetlogError as exc:  # of loading it
-        return {"picture": picture, "reasons": [_reason("No reasons", [one_line(str(exc))])]}
+        return {"picture": picture, "reasons": [_reason("No reasons", [fit_on_one_line(str(exc))])]}
 
 
 def _reasons(base: KnowledgeBase, question: Mistaken) -> Iterator[Reason]:
     right, answered = question["right"], question["answered"]
     found = {model: row for model, row in question["verdicts"].items() if model in base.models}
     if right in found and found[right]["state"] != HOLDS:
-        yield from _reason_for(f"Why not {right}", lambda: _why(base, found[right]).miss_lines())
+        yield from _iter_reason(
+            f"Why not {right}", lambda: _why(base, found[right]).iter_miss_lines()
+        )
     if answered in found and answered != right:
-        yield from _reason_for(f"Why {answered}", lambda: _why(base, found[answered]).lines())
+        yield from _iter_reason(f"Why {answered}", lambda: _why(base, found[answered]).lines())
 
 
-def _reason_for(title: str, ask: Callable[[], Iterable[str]]) -> Iterator[Reason]:
+def _iter_reason(title: str, ask: Callable[[], Iterable[str]]) -> Iterator[Reason]:
     """Yield the answer under its title, if there is one; what one question runs into is
     said there.
     """
     try:
         lines = list(ask())
     except FacetlogError as exc:
-        lines = [one_line(str(exc))]
+        lines = [fit_on_one_line(str(exc))]
     if lines:
         yield _reason(title, lines)
 

@@ -6,7 +6,7 @@ from importlib.resources import files
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from facetlog import __version__
-from facetlog.page.policy import head_lines
+from facetlog.page.policy import make_head_lines
 from facetlog.terminal import printable
 
 
@@ -21,7 +21,7 @@ def render_page(template: str, **values: object) -> Iterator[bytes]:
         lstrip_blocks=True,
     )
     style = files(__package__).joinpath("report.css").read_text(encoding="utf-8")
-    head = head_lines(version=__version__)
+    head = make_head_lines(version=__version__)
     pieces = environment.get_template(template).generate(
         **values, head=head, style=style, version=__version__
     )

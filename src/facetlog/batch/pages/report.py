@@ -11,10 +11,10 @@ from facetlog.batch.outcome import Outcome
 from facetlog.batch.pages.explain import Mistaken
 from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
-from facetlog.batch.rows import HOLDS, Row, closest, sureness
+from facetlog.batch.rows import HOLDS, Row, closest, get_confidence_or_degree
 from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.counted import many
-from facetlog.perception.atomic_write import writing_whole
+from facetlog.perception.atomic_write import open_atomically
 
 EXPLAINED_AT_ONCE = 256
 """Mistakes whose pictures are in memory together: some megabytes."""
@@ -55,7 +55,7 @@ def write_report(
         most_errors=MOST_ERRORS,
         groups=_groups(confusion, done, _Explainers(workers, confusion, progress)),
     )
-    with writing_whole(path) as file:
+    with open_atomically(path) as file:
         file.writelines(pieces)
 
 
@@ -123,7 +123,10 @@ def _chips(row: Row, mistake: Mistake, classes: Sequence[str]) -> Iterator[tuple
         verdict = best[model]
         holds = verdict["state"] == HOLDS
         kind = ("wrong" if model == mistake.answered else "holds") if holds else ""
-        yield kind, f"{model} {f'{sureness(verdict):.0%}' if holds else verdict['state']}"
+        yield (
+            kind,
+            f"{model} {f'{get_confidence_or_degree(verdict):.0%}' if holds else verdict['state']}",
+        )
 
 
 def _mistaken(mistake: Mistake, row: Row) -> dict[str, Any]:

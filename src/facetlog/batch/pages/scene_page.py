@@ -3,17 +3,17 @@
 from pathlib import Path
 from typing import TypedDict
 
-from facetlog.batch.content import content_hash
+from facetlog.batch.content import hash_content
 from facetlog.batch.loaded_scene import SCENE, loaded_scene
-from facetlog.batch.memory import needs_more, share_mb
+from facetlog.batch.memory import compute_share_mb, format_memory_error
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import FacetlogError, InputError
-from facetlog.kb.recognize import judged_scene
+from facetlog.kb.recognize import judge_loaded_scene
 from facetlog.page.contents import Subject
 from facetlog.page.write import page
 from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.shapes.read_shape import read_shape
-from facetlog.terminal import short_line
+from facetlog.terminal import make_short_line
 
 
 class ScenePage(TypedDict):
@@ -30,21 +30,21 @@ def scene_page(item: Item, settings: Settings, sha256: str) -> ScenePage:
     try:
         return {"page": _page(item, settings, sha256), "error": None}
     except MemoryError:
-        error = needs_more(settings.memory_mb or share_mb(1))
+        error = format_memory_error(settings.memory_mb or compute_share_mb(1))
     except FacetlogError as exc:
         error = str(exc).replace(item.place, item.path).removeprefix(f"{item.path}: ")
     except Exception as exc:  # a fault of ours: it must not cost the other scenes
         error = f"{type(exc).__name__}: {exc}"
-    return {"page": None, "error": short_line(error)}
+    return {"page": None, "error": make_short_line(error)}
 
 
 def _page(item: Item, settings: Settings, sha256: str) -> str:
     place = Path(item.place)
-    if content_hash(place) != sha256:
+    if hash_content(place) != sha256:
         raise InputError("it was changed since it was classified")
     scene = read_shape(place, shape_options(item, settings))
     with loaded_scene(scene, settings) as base:
-        found = judged_scene(base, SCENE)
+        found = judge_loaded_scene(base, SCENE)
     others = tuple(verdict for verdict in found.verdicts if verdict not in found.best)
     pieces = shown_pieces(scene)
     return page(Subject(scene, pieces, found.best, others, warnings=scene.warnings))

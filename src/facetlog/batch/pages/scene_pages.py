@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
-from facetlog.batch.rows import Row, sureness
+from facetlog.batch.rows import Row, get_confidence_or_degree
 from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.counted import many
 from facetlog.errors import InputError
@@ -55,7 +55,7 @@ def write_pages(
     `workers` make them, of each scene without an error; one at a time is in memory here.
     """
     paths = [item.path for item in done.items]
-    names = dict(zip(paths, page_names(paths), strict=True))
+    names = dict(zip(paths, iter_page_names(paths), strict=True))
     tasks = [
         Task(item, page=row["sha256"])
         for item, row in zip(done.items, done.rows(), strict=True)
@@ -82,10 +82,11 @@ def write_pages(
     return missing
 
 
-def page_names(paths: Iterable[str]) -> Iterator[str]:
+def iter_page_names(paths: Iterable[str]) -> Iterator[str]:
     """Yield a file's name for the page of each scene, all different on any system.
 
-    >>> list(page_names(["a/box.glb", "b/Box.ply", "runs/7/scene.json", "in?:/ü *.obj", "index"]))
+    >>> scenes = ["a/box.glb", "b/Box.ply", "runs/7/scene.json", "in?:/ü *.obj", "index"]
+    >>> list(iter_page_names(scenes))
     ['box.html', 'Box-2.html', '7.html', 'ü_.html', 'index-2.html']
     """
     # Some systems take names as the same that differ in case, or in how an accent is written.
@@ -120,6 +121,6 @@ def _entry(row: Row, names: dict[str, str], missing: dict[str, str]) -> dict[str
         "path": printable(path),
         "page": "" if why_not else quote(names[path]),
         "answer": "" if row["error"] else row["model"] or "none",
-        "sure": f"{sureness(row):.0%}" if held else "",
+        "sure": f"{get_confidence_or_degree(row):.0%}" if held else "",
         "why_not": printable(why_not.removeprefix(f"{path}: ")),
     }

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_text
+from facetlog.commands.model.files import Files, is_stdin, model_files, read_stdin
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, command
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.perception.atomic_write import write_whole
+from facetlog.perception.atomic_write import write_atomically
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def check_command(
 
 
 def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, limits: bool) -> Ran:
-    from facetlog.commands.model.fault_text import distinct, errors_in
+    from facetlog.commands.model.fault_text import count_errors, distinct
     from facetlog.grammar.checking.same_names import SameNames
     from facetlog.grammar.library import read_text
 
@@ -93,7 +93,7 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, li
         typer.echo(line)
     if any(fault.code == "unreadable" for fault in faults):
         return Ran(InputError.exit_code, frozenset(used))
-    bad = len(faults) if warnings_as_errors else errors_in(faults)
+    bad = len(faults) if warnings_as_errors else count_errors(faults)
     return Ran(NO if bad else YES, frozenset(used))
 
 
@@ -113,7 +113,7 @@ def _fix_files(paths: Sequence[Path]) -> None:
         found = fixed(before.file.source.text, partial(_find_faults, path))
         if found.text == before.file.source.text:
             continue
-        write_whole(path, found.text.encode())
+        write_atomically(path, found.text.encode())
         for one in found.done:
             note(f"{path}:{one.line}:{one.column}: {one.title} [{one.code}]")
         note(f"{path}: {many(len(found.done), 'fault')} put right")
@@ -141,28 +141,30 @@ def _format_faults(
     """Format the faults for an output; what writes the others is not loaded."""
     match output:
         case Output.TEXT:
-            from facetlog.commands.model.fault_text import faults_text
+            from facetlog.commands.model.fault_text import format_faults_text
 
-            return faults_text(paths, faults)
+            return format_faults_text(paths, faults)
         case Output.JSON:
-            from facetlog.commands.model.fault_text import faults_json
+            from facetlog.commands.model.fault_text import format_faults_json
 
-            return faults_json(paths, faults)
+            return format_faults_json(paths, faults)
         case Output.SARIF:
-            from facetlog.commands.model.sarif import faults_sarif
+            from facetlog.commands.model.sarif import format_faults_sarif
 
-            return faults_sarif(paths, faults)
+            return format_faults_sarif(paths, faults)
         case Output.JUNIT:
-            from facetlog.commands.model.junit import faults_junit
+            from facetlog.commands.model.junit import format_faults_junit
 
-            return faults_junit(paths, faults, read=read, warnings_as_errors=warnings_as_errors)
+            return format_faults_junit(
+                paths, faults, read=read, warnings_as_errors=warnings_as_errors
+            )
 
 
 def analysed(path: Path, text: str | None = None) -> "Analysis":
     """Analyse a model file or standard input; `text` replaces the file's own."""
     from facetlog.grammar.analysis import analyse
 
-    return analyse(path, stdin_text() if is_stdin(path) else text)
+    return analyse(path, read_stdin() if is_stdin(path) else text)
 
 
 def checked(path: Path, text: str | None = None) -> "tuple[Analysis, tuple[Fault, ...]]":
@@ -171,12 +173,12 @@ def checked(path: Path, text: str | None = None) -> "tuple[Analysis, tuple[Fault
     `text` replaces the file's own.
     """
     from facetlog.grammar import syntax as s
-    from facetlog.grammar.example_scenes import all_faults, examples_of
+    from facetlog.grammar.example_scenes import find_all_faults, list_examples
 
     analysis = analysed(path, text)
     faults = analysis.faults
-    if any(isinstance(example.scene, s.SceneBuilt) for _, example in examples_of(analysis)):
-        from facetlog.commands.model.scenes import builder_sizes
+    if any(isinstance(example.scene, s.SceneBuilt) for _, example in list_examples(analysis)):
+        from facetlog.commands.model.scenes import list_builder_sizes
 
-        faults = all_faults(analysis, builder_sizes())
+        faults = find_all_faults(analysis, list_builder_sizes())
     return analysis, faults

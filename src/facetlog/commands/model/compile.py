@@ -14,7 +14,7 @@ from facetlog.commands.model.files import model_files
 from facetlog.commands.shared import NO, YES, Overwrite, command
 from facetlog.errors import InputError
 from facetlog.output_file import check_output_file
-from facetlog.perception.atomic_write import write_whole
+from facetlog.perception.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis
@@ -76,14 +76,14 @@ def compile_command(
     if out is None:
         typer.echo(text, nl=False)
     else:
-        write_whole(out, text.encode())
+        write_atomically(out, text.encode())
     return NO if faulty else YES
 
 
 def _format_tree(analysis: "Analysis") -> str:
-    from facetlog.grammar.reading.parse import statement_trees
+    from facetlog.grammar.reading.parse import iter_statement_trees
 
-    return "".join(tree.pretty() for tree in statement_trees(analysis.file.source))
+    return "".join(tree.pretty() for tree in iter_statement_trees(analysis.file.source))
 
 
 def _format_ast(analysis: "Analysis") -> str:
@@ -95,7 +95,7 @@ def _format_ast(analysis: "Analysis") -> str:
 
 
 def _list_nodes(node: "Node", source: "Source", depth: int, role: str) -> Iterator[str]:
-    line, column = source.line_and_column(node.span.start)
+    line, column = source.get_line_and_column(node.span.start)
     values: list[str] = []
     inner: list[tuple[str, Node]] = []
     for field in fields(node):

@@ -171,7 +171,7 @@ def sample_command(
 
 def _make_samples(search: "Search", count: int, seed: int) -> "tuple[list[Sample], list[str]]":
     """Return the samples, and the conditions that none fails alone."""
-    from facetlog.prototype.samples import explored, holding_samples, near_misses
+    from facetlog.prototype.samples import explored, iter_holding_samples, near_misses
 
     explored(search, seed)
     labels = [
@@ -182,7 +182,7 @@ def _make_samples(search: "Search", count: int, seed: int) -> "tuple[list[Sample
     misses = near_misses(search, seed, labels)
     turns = cycle(misses.values())
     missing = [next(next(turns)) for _ in range(count // 2)] if misses else []
-    holding = list(islice(holding_samples(search, seed), count - len(missing)))
+    holding = list(islice(iter_holding_samples(search, seed), count - len(missing)))
     return [*holding, *missing], [label for label in labels if label not in misses]
 
 
@@ -211,7 +211,7 @@ def _write_samples(model: str, samples: "Sequence[Sample]", folder: Path) -> Non
 def _find_errors(name: str, models: Sequence[Path]) -> str:
     """Return the errors of the model files among those that are meant, as text."""
     from facetlog.commands.model.check import checked
-    from facetlog.commands.model.fault_text import distinct, faults_text
+    from facetlog.commands.model.fault_text import distinct, format_faults_text
     from facetlog.grammar.faults import Severity
     from facetlog.kb.recognize import rule_files
 
@@ -221,7 +221,7 @@ def _find_errors(name: str, models: Sequence[Path]) -> str:
         _check_one_thing(analysis, name)
     faults = distinct(fault for _, found in looks for fault in found)
     errors = [fault for fault in faults if fault.severity is Severity.ERROR]
-    return faults_text(files, errors) if errors else ""
+    return format_faults_text(files, errors) if errors else ""
 
 
 def _check_one_thing(analysis: "Analysis", name: str) -> None:
@@ -280,5 +280,5 @@ def _explain_conflict(search: "Search") -> Iterator[str]:
             yield f"  - {label}: {condition.said}{origin}"
     best = search.best
     yield f"the nearest is {best.form.described(best.judged.sizes)}"
-    for line in best.judged.verdict.miss_lines():
+    for line in best.judged.verdict.iter_miss_lines():
         yield f"  {line}"

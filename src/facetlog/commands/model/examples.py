@@ -13,7 +13,7 @@ import typer
 
 from facetlog import __version__
 from facetlog.commands.model.check import checked
-from facetlog.commands.model.fault_text import faults_data, plain
+from facetlog.commands.model.fault_text import list_faults, plain
 from facetlog.commands.model.files import Files, is_stdin, model_files
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, Trust, command
@@ -113,15 +113,15 @@ def _test_files(
 ) -> tuple[Tested, frozenset[Path]]:
     from facetlog.commands.model.fault_text import distinct
     from facetlog.commands.model.scenes import (
-        example_facts,
-        example_on_demand,
-        labelled_facts,
-        labelled_on_demand,
+        make_example_facts,
+        make_example_on_demand,
+        read_labelled_facts,
+        read_labelled_on_demand,
     )
     from facetlog.grammar.faults import Severity
-    from facetlog.kb.examples import example_cases, run_cases
+    from facetlog.kb.examples import list_example_cases, run_cases
     from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.kb.labelled_scenes import labelled_cases
+    from facetlog.kb.labelled_scenes import read_labelled_cases
 
     analyses: list[Analysis] = []
     faults: list[Fault] = []
@@ -134,14 +134,16 @@ def _test_files(
         if not errors and analysis.file.models:
             analyses.append(analysis)
     cases = [
-        case for one in analyses for case in example_cases(one, example_facts, example_on_demand)
+        case
+        for one in analyses
+        for case in list_example_cases(one, make_example_facts, make_example_on_demand)
     ]
     with KnowledgeBase() as base:
         for analysis in analyses:
             base.load_rules(Path(analysis.file.source.name), trusted=trust)
         if scenes is not None:
-            cases += labelled_cases(
-                scenes, labelled_facts, known=base.models, on_demand=labelled_on_demand
+            cases += read_labelled_cases(
+                scenes, read_labelled_facts, known=base.models, on_demand=read_labelled_on_demand
             )
             used.add(scenes)
         results = {result.case: result for result in run_cases(base, cases)}
@@ -252,7 +254,7 @@ def _format_json(tested: Tested, *, coverage: bool) -> str:
         "facetlog": __version__,
         "passed": passed,
         "failed": len(tested.results) - passed,
-        "faults": faults_data(tested.faults),
+        "faults": list_faults(tested.faults),
         "examples": cases,
     }
     if coverage:

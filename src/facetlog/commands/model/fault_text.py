@@ -11,7 +11,14 @@ from facetlog.grammar.source import Source
 from facetlog.plain_text import plain_text
 from facetlog.terminal import shortened
 
-__all__ = ["distinct", "errors_in", "faults_data", "faults_json", "faults_text", "plain"]
+__all__ = [
+    "count_errors",
+    "distinct",
+    "format_faults_json",
+    "format_faults_text",
+    "list_faults",
+    "plain",
+]
 
 SCHEMA = "facetlog-model-check/1"
 
@@ -31,13 +38,13 @@ def distinct(faults: Iterable[Fault]) -> tuple[Fault, ...]:
     return tuple(found.values())
 
 
-def errors_in(faults: Sequence[Fault]) -> int:
+def count_errors(faults: Sequence[Fault]) -> int:
     """Count the faults that keep a model from being used."""
     return sum(fault.severity is Severity.ERROR for fault in faults)
 
 
 def _summarize(files: Sequence[Path], faults: Sequence[Fault]) -> str:
-    errors = errors_in(faults)
+    errors = count_errors(faults)
     warnings = len(faults) - errors
     if not faults:
         return f"{many(len(files), 'file')}, no faults"
@@ -46,7 +53,7 @@ def _summarize(files: Sequence[Path], faults: Sequence[Fault]) -> str:
     return f"{many(len(files), 'file')}, {' and '.join(said)}"
 
 
-def faults_text(files: Sequence[Path], faults: Sequence[Fault]) -> str:
+def format_faults_text(files: Sequence[Path], faults: Sequence[Fault]) -> str:
     """Format each fault with its place, line and carets, then one line that counts them."""
     return "\n".join([*_format_lines(faults), _summarize(files, faults)])
 
@@ -56,28 +63,28 @@ def _format_lines(faults: Iterable[Fault]) -> Iterator[str]:
         yield from (plain(shortened(line)) for line in fault.lines())
 
 
-def faults_json(files: Sequence[Path], faults: Sequence[Fault]) -> str:
+def format_faults_json(files: Sequence[Path], faults: Sequence[Fault]) -> str:
     """Format the faults as one JSON object; lines and columns count from 1, in characters."""
-    errors = errors_in(faults)
+    errors = count_errors(faults)
     data = {
         "schema": SCHEMA,
         "facetlog": __version__,
         "files": [str(path) for path in files],
         "errors": errors,
         "warnings": len(faults) - errors,
-        "faults": faults_data(faults),
+        "faults": list_faults(faults),
     }
     return json.dumps(data, indent=1)
 
 
-def faults_data(faults: Iterable[Fault]) -> list[dict[str, object]]:
+def list_faults(faults: Iterable[Fault]) -> list[dict[str, object]]:
     """Convert each fault to plain data."""
     return [_convert_fault(fault) for fault in faults]
 
 
 def _convert_fault(fault: Fault) -> dict[str, object]:
-    line, column = fault.source.line_and_column(fault.span.start)
-    end_line, end_column = fault.source.line_and_column(fault.span.end)
+    line, column = fault.source.get_line_and_column(fault.span.start)
+    end_line, end_column = fault.source.get_line_and_column(fault.span.end)
     return {
         "code": fault.code,
         "severity": fault.severity.value,
@@ -95,8 +102,8 @@ def _convert_fault(fault: Fault) -> dict[str, object]:
 def _convert_fix(source: Source, fix: Fix) -> dict[str, object]:
     edits = []
     for edit in fix.edits:
-        line, column = source.line_and_column(edit.span.start)
-        end_line, end_column = source.line_and_column(edit.span.end)
+        line, column = source.get_line_and_column(edit.span.start)
+        end_line, end_column = source.get_line_and_column(edit.span.end)
         place = {"line": line, "column": column, "end_line": end_line, "end_column": end_column}
         edits.append({**place, "text": edit.text})
     return {"title": fix.title, "sure": fix.sure, "edits": edits}

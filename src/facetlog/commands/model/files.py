@@ -8,7 +8,7 @@ import typer
 
 from facetlog.errors import InputError
 
-__all__ = ["STDIN", "Files", "is_stdin", "model_files", "stdin_text"]
+__all__ = ["STDIN", "Files", "is_stdin", "model_files", "read_stdin"]
 
 SUFFIX = ".model"
 
@@ -81,7 +81,7 @@ def _match_inside(folder: Path, pattern: str, nothing: str) -> tuple[Path, ...]:
     return found
 
 
-def stdin_text() -> str:
+def read_stdin() -> str:
     """Read standard input; raise InputError if it is not UTF-8 or far too long for a model."""
     from facetlog.grammar.reading.parse import LARGEST
 

@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 
 from facetlog.commands.model.fault_text import plain
-from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_text
+from facetlog.commands.model.files import Files, is_stdin, model_files, read_stdin
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, command
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.perception.atomic_write import write_whole
-from facetlog.terminal import error, note, one_line
+from facetlog.perception.atomic_write import write_atomically
+from facetlog.terminal import error, fit_on_one_line, note
 
 __all__ = ["format_command"]
 
@@ -54,7 +54,7 @@ def _format_file(path: Path, *, check: bool, diff: bool) -> int:
     from facetlog.grammar.source import Source
 
     try:
-        before = stdin_text() if is_stdin(path) else _read_model(path)
+        before = read_stdin() if is_stdin(path) else _read_model(path)
     except InputError as exc:
         error(str(exc))
         return exc.exit_code
@@ -71,13 +71,15 @@ def _format_file(path: Path, *, check: bool, diff: bool) -> int:
         for line in differences(before, after, str(path)).splitlines():
             typer.echo(plain(line))
     if check and before != after:
-        note(f"{path} is not in canonical layout") if diff else typer.echo(one_line(str(path)))
+        note(f"{path} is not in canonical layout") if diff else typer.echo(
+            fit_on_one_line(str(path))
+        )
     if check or diff:
         return YES if before == after else NO
     if is_stdin(path):
         typer.echo(after, nl=False)
     elif before != after:
-        write_whole(path, after.encode())
+        write_atomically(path, after.encode())
         note(f"{path} is reformatted")
     return YES
 

@@ -15,10 +15,10 @@ from facetlog.counted import many
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.syntax import File
 
-__all__ = ["faults_junit"]
+__all__ = ["format_faults_junit"]
 
 
-def faults_junit(
+def format_faults_junit(
     files: Sequence[Path],
     faults: Sequence[Fault],
     *,

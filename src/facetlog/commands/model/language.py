@@ -13,7 +13,7 @@ import typer
 
 from facetlog.commands.shared import YES, AsJson, command
 from facetlog.errors import InputError
-from facetlog.terminal import one_line
+from facetlog.terminal import fit_on_one_line
 
 if TYPE_CHECKING:
     from facetlog.glossary import Entry
@@ -76,7 +76,7 @@ def new_command(
         why = f": {faults[0].message}" if faults else ""
         raise InputError(f"{name!r} is no name for a model{why}; take a word as coffee_table")
     _write_new(path, text)
-    typer.echo(one_line(str(path)))
+    typer.echo(fit_on_one_line(str(path)))
     return YES
 
 
@@ -93,12 +93,12 @@ def _write_new(path: Path, text: str) -> None:
 @command
 def list_command(as_json: AsJson = False) -> int:
     """List the built-in models, each with its description."""
-    from facetlog.grammar.library import BUILTIN, builtin_names, read_text
+    from facetlog.grammar.library import BUILTIN, list_builtin_names, read_text
     from facetlog.grammar.reading.parse import parse
     from facetlog.grammar.source import Source
 
     rows = []
-    for name in sorted(builtin_names()):
+    for name in sorted(list_builtin_names()):
         path = BUILTIN / f"{name}.model"
         (model,) = parse(Source(str(path), read_text(path))).file.models
         rows.append({"name": name, "text": model.doc.value if model.doc else "", "path": str(path)})
@@ -116,10 +116,10 @@ def show_model_command(
     name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in model.")],
 ) -> int:
     """Print the text of a built-in model, to read or to copy and change."""
-    from facetlog.grammar.library import BUILTIN, builtin_names, read_text
+    from facetlog.grammar.library import BUILTIN, list_builtin_names, read_text
 
-    if name not in builtin_names():
-        raise InputError(f"{one_line(name)}: no such model; facetlog model list lists them")
+    if name not in list_builtin_names():
+        raise InputError(f"{fit_on_one_line(name)}: no such model; facetlog model list lists them")
     typer.echo(read_text(BUILTIN / f"{name}.model"), nl=False)
     return YES
 
@@ -159,7 +159,7 @@ def _find_entries(name: str, entries: Sequence["Entry"]) -> list["Entry"]:
     known = {text for entry in entries for text in (entry.topic, entry.name)}
     near = get_close_matches(name, known, n=1)
     hint = f"did you mean {near[0]}?" if near else "facetlog model words lists all words"
-    raise InputError(f"{one_line(name)}: no such word or topic; {hint}")
+    raise InputError(f"{fit_on_one_line(name)}: no such word or topic; {hint}")
 
 
 def _format_topics(entries: Sequence["Entry"]) -> Iterator[str]:
@@ -182,8 +182,8 @@ def _format_entries(names: Sequence[str], entries: Sequence["Entry"]) -> Iterato
 @command
 def lsp_command() -> int:
     """Run the language server for editors, over standard input and output."""
-    from facetlog.commands.model.scenes import builder_sizes
+    from facetlog.commands.model.scenes import list_builder_sizes
     from facetlog.grammar.language_server import run
 
-    run(builder_sizes())
+    run(list_builder_sizes())
     return YES

@@ -14,12 +14,12 @@ from facetlog.grammar.fault_codes import FAULT_KINDS
 from facetlog.grammar.faults import Fault, Fix
 from facetlog.grammar.source import Source, Span
 
-__all__ = ["faults_sarif"]
+__all__ = ["format_faults_sarif"]
 
 SCHEMA_ADDRESS = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
-def faults_sarif(files: Sequence[Path], faults: Sequence[Fault]) -> str:
+def format_faults_sarif(files: Sequence[Path], faults: Sequence[Fault]) -> str:
     """Format a log with one run: the files, a rule per kind of fault, and a result per fault."""
     codes = sorted({fault.code for fault in faults})
     run = {
@@ -79,7 +79,7 @@ def _make_region(source: Source, span: Span) -> dict[str, int]:
 
 def _find_place(source: Source, offset: int) -> tuple[int, int]:
     """Return line and column from 1, the column in UTF-16 code units."""
-    line, column = source.line_and_column(offset)
+    line, column = source.get_line_and_column(offset)
     before = source.text[offset - column + 1 : offset]
     return line, len(before.encode("utf-16-le", "surrogatepass")) // 2 + 1
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from facetlog.errors import InputError
 from facetlog.grammar import syntax as s
-from facetlog.grammar.example_scenes import sizes_si
+from facetlog.grammar.example_scenes import convert_sizes
 from facetlog.grammar.units import Dimension
 from facetlog.query_shell.scene_files import scene_file
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
 
 __all__ = [
-    "builder_sizes",
-    "example_facts",
-    "example_on_demand",
-    "labelled_facts",
-    "labelled_on_demand",
+    "list_builder_sizes",
+    "make_example_facts",
+    "make_example_on_demand",
+    "read_labelled_facts",
+    "read_labelled_on_demand",
 ]
 
 _DIMENSIONS = {
@@ -32,7 +32,7 @@ _DIMENSIONS = {
 
 
 @cache
-def builder_sizes() -> "Builders":
+def list_builder_sizes() -> "Builders":
     """Return the sizes of all builders of exact scenes, with the dimensions of the language."""
     from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
 
@@ -42,23 +42,23 @@ def builder_sizes() -> "Builders":
     }
 
 
-def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
+def make_example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
     """Return the facts of an example's scene except those on demand; files are relative to the
     model file.
 
     Raises InputError for a file that is no scene, and for sizes that nothing can have.
     """
     if isinstance(scene, s.SceneFile):
-        return labelled_facts(model_file.parent / scene.path.value)
+        return read_labelled_facts(model_file.parent / scene.path.value)
     from facetlog.perception.facts.all_facts import scene_facts
 
     return tuple(fact.row for fact in scene_facts(_build_scene(scene)))
 
 
-def example_on_demand(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
-    """Return the facts that `example_facts` leaves out."""
+def make_example_on_demand(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
+    """Return the facts that `make_example_facts` leaves out."""
     if isinstance(scene, s.SceneFile):
-        return labelled_on_demand(model_file.parent / scene.path.value)
+        return read_labelled_on_demand(model_file.parent / scene.path.value)
     from facetlog.perception.facts.all_facts import facts_on_demand
 
     return tuple(fact.row for fact in facts_on_demand(_build_scene(scene)))
@@ -68,12 +68,12 @@ def _build_scene(scene: s.SceneBuilt) -> "Scene":
     from facetlog.perception.surfaces.exact_solids.builders import build
 
     try:
-        return build(scene.builder.text, sizes_si(scene))
+        return build(scene.builder.text, convert_sizes(scene))
     except ValueError as exc:
         raise InputError(str(exc)) from exc
 
 
-def labelled_facts(path: Path) -> "Iterable[Fact]":
+def read_labelled_facts(path: Path) -> "Iterable[Fact]":
     """Return the facts of a scene file, or of a folder that -o wrote, except those on demand.
 
     Raises InputError if it is none.
@@ -81,6 +81,6 @@ def labelled_facts(path: Path) -> "Iterable[Fact]":
     return scene_file(path).facts()
 
 
-def labelled_on_demand(path: Path) -> "Iterable[Fact]":
-    """Return the facts that `labelled_facts` leaves out."""
+def read_labelled_on_demand(path: Path) -> "Iterable[Fact]":
+    """Return the facts that `read_labelled_facts` leaves out."""
     return scene_file(path).facts_on_demand()

@@ -13,7 +13,7 @@ import typer
 from facetlog.commands.model.files import is_stdin
 from facetlog.counted import many
 from facetlog.errors import FacetlogError, InputError
-from facetlog.query_shell.model_files import Stamp, stamp_of
+from facetlog.query_shell.model_files import Stamp, read_stamp
 from facetlog.terminal import error, error_lines, note
 
 __all__ = ["Ran", "Watch", "changes", "watched"]
@@ -84,7 +84,7 @@ def _list_named(named: Callable[[], Iterable[Path]]) -> frozenset[Path]:
 
 
 def _read_stamps(files: Iterable[Path], before: Stamps | None = None) -> Stamps:
-    return {path: stamp_of(path, (before or {}).get(path)) for path in files}
+    return {path: read_stamp(path, (before or {}).get(path)) for path in files}
 
 
 def changes(
@@ -112,7 +112,7 @@ def _have_changed(before: Stamps, now: Stamps) -> bool:
 def _is_same(one: Stamp | None, other: Stamp | None) -> bool:
     if one is None or other is None:
         return one is other
-    return one.same_content(other)
+    return one.has_same_content(other)
 
 
 def wait_for_events(folders: frozenset[Path]) -> None:

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.detection.block_front_end.correspondence import (
-    epipolar_chi_square,
-    fundamental_matrix,
+    compute_epipolar_chi_square,
+    compute_fundamental_matrix,
     track_vertices,
     triangulate_pairs,
 )
@@ -17,8 +17,8 @@ from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
 from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
 from facetlog.perception.detection.block_front_end.position_labels import (
     LabelledVertex,
-    picture_drawing,
-    with_junctions,
+    draw_picture_lines,
+    mark_junctions,
 )
 from facetlog.perception.line_drawing import Junction
 from facetlog.perception.types import Camera, PositionLabel, View
@@ -40,14 +40,14 @@ ARROW, BEND, TEE = vertex(100, 100, 0, 1, 2), vertex(200, 0, 2, 3), vertex(300, 
 
 
 def test_edges_are_cut_at_their_vertices_and_end_in_points_of_their_own() -> None:
-    drawing, edges = picture_drawing(tuple(v.vertex for v in (ARROW, BEND, TEE)), LINES)
+    drawing, edges = draw_picture_lines(tuple(v.vertex for v in (ARROW, BEND, TEE)), LINES)
     types = [rays.type for rays in drawing.rays if rays is not None]
     assert types == [Junction.ARROW, Junction.L, Junction.T, *[Junction.END] * 4]
     assert sorted(edges) == [0, 1, 2, 3, 3, 4]
 
 
 def test_vertices_of_one_position_are_distinguished_by_their_junctions() -> None:
-    marked = with_junctions((ARROW, BEND, TEE), LINES, 1)
+    marked = mark_junctions((ARROW, BEND, TEE), LINES, 1)
     assert [v.mark for v in marked] == [
         ("front_?_top@1", "arrow"),
         ("front_?_top@1", "l"),
@@ -60,9 +60,9 @@ def test_what_has_a_label_or_a_twin_or_an_unknown_side_has_no_mark() -> None:
     # as BEND is, at the other end of lines 0 and 1
     twin = vertex(50, 50, 0)
     other = vertex(150, 50, 2)
-    assert [v.mark for v in with_junctions((known,), LINES, 0)] == [None]
-    assert [v.mark for v in with_junctions((twin, other), LINES, 0)] == [None, None]
-    assert [v.mark for v in with_junctions((ARROW,), LINES, None)] == [None]
+    assert [v.mark for v in mark_junctions((known,), LINES, 0)] == [None]
+    assert [v.mark for v in mark_junctions((twin, other), LINES, 0)] == [None, None]
+    assert [v.mark for v in mark_junctions((ARROW,), LINES, None)] == [None]
 
 
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
@@ -121,7 +121,9 @@ def test_corresponding_pixels_lie_on_each_others_epipolar_lines(tour):
     uv1 = np.array([pixel(first, p) for p in points])
     uv2 = np.array([pixel(second, p) for p in points])
     covs = np.tile(0.01 * np.eye(2), (8, 1, 1))
-    off = epipolar_chi_square(fundamental_matrix(first, second), uv1, covs, uv2, covs)
+    off = compute_epipolar_chi_square(
+        compute_fundamental_matrix(first, second), uv1, covs, uv2, covs
+    )
     assert np.diag(off).max() < 1e-6
     assert np.median(off[~np.eye(8, dtype=bool)]) > 100
 
@@ -131,8 +133,8 @@ def test_the_epipolar_chi_square_has_one_degree_of_freedom(tour):
     first, second = tour.views[0].projection, tour.views[2].projection
     uv1 = np.tile(pixel(first, tour.corners[6]), (4000, 1)) + rng.normal(0, 0.3, (4000, 2))
     uv2 = pixel(second, tour.corners[6])[None] + rng.normal(0, 0.3, (1, 2)) * 0
-    off = epipolar_chi_square(
-        fundamental_matrix(first, second),
+    off = compute_epipolar_chi_square(
+        compute_fundamental_matrix(first, second),
         uv1,
         np.tile(0.09 * np.eye(2), (4000, 1, 1)),
         uv2,

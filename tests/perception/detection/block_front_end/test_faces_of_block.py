@@ -11,8 +11,8 @@ from facetlog.perception.detection.block_front_end.faces_of_block import (
 from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
 from facetlog.perception.detection.block_front_end.position_labels import (
     LabelledVertex,
-    rule_label,
-    upward_direction,
+    estimate_upward_direction,
+    find_rule_label,
 )
 from facetlog.perception.types import Pose, PositionLabel, View
 
@@ -214,10 +214,10 @@ def test_a_dark_picture_among_good_ones_is_reported_and_left_out(tour, found):
 
 
 def test_up_is_found_from_level_cameras(tour):
-    assert np.allclose(upward_direction(tour.views), [0, 0, 1], atol=1e-9)
-    assert upward_direction(tour.views[:1])[2] > 0.8
+    assert np.allclose(estimate_upward_direction(tour.views), [0, 0, 1], atol=1e-9)
+    assert estimate_upward_direction(tour.views[:1])[2] > 0.8
 
 
 def test_rule_one_is_the_papers():
-    assert rule_label(frozenset({"S", "E", "SE"})) is PositionLabel.BACK_LEFT_TOP
-    assert rule_label(frozenset({"S", "E", "SE", "N"})) is None
+    assert find_rule_label(frozenset({"S", "E", "SE"})) is PositionLabel.BACK_LEFT_TOP
+    assert find_rule_label(frozenset({"S", "E", "SE", "N"})) is None

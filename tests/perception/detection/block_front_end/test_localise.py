@@ -9,12 +9,12 @@ from hypothesis.extra import numpy as hnp
 
 from facetlog.perception.detection.block_front_end.localise import (
     PAPER_THRESHOLD,
-    binary_picture,
+    find_otsu_threshold,
+    find_valley_threshold,
     grow_region,
     localise,
-    otsu_threshold,
     outline_score,
-    valley_threshold,
+    threshold_picture,
 )
 
 pictures = hnp.arrays(np.uint8, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))
@@ -29,21 +29,21 @@ def two_greys(dark: float, bright: float) -> np.ndarray:
 
 @given(pictures, st.integers(0, 255))
 def test_at_the_threshold_is_white_and_below_it_black(picture, threshold):
-    binary = binary_picture(picture, threshold)
+    binary = threshold_picture(picture, threshold)
     assert ((binary == 255) == (picture >= threshold)).all()
     assert set(np.unique(binary)) <= {0, 255}
 
 
 def test_the_papers_threshold_is_the_default():
     assert PAPER_THRESHOLD == 150
-    assert (binary_picture(np.array([[149, 150]], np.uint8)) == [[0, 255]]).all()
+    assert (threshold_picture(np.array([[149, 150]], np.uint8)) == [[0, 255]]).all()
 
 
-@pytest.mark.parametrize("choose", [otsu_threshold, valley_threshold])
+@pytest.mark.parametrize("choose", [find_otsu_threshold, find_valley_threshold])
 @pytest.mark.parametrize(("dark", "bright"), [(20, 90), (150, 220)])
 def test_a_chosen_threshold_parts_two_greys(choose, dark, bright):
     picture = two_greys(dark, bright)
-    binary = binary_picture(picture, choose(picture))
+    binary = threshold_picture(picture, choose(picture))
     truth = np.zeros(picture.shape, dtype=bool)
     truth[30:70, 40:90] = True
     assert ((binary > 0) == truth).mean() > 0.99
@@ -141,7 +141,7 @@ def shaded(dark: int) -> np.ndarray:
 
 def test_a_face_below_the_threshold_is_grown_into():
     picture = shaded(130)
-    found = localise(binary_picture(picture))
+    found = localise(threshold_picture(picture))
     grown = grow_region(picture, found, 150)
     assert abs(found.area_px - 80 * 70) < 60
     assert abs(grown.area_px - 80 * 120) < 400
@@ -149,5 +149,5 @@ def test_a_face_below_the_threshold_is_grown_into():
 
 def test_a_region_does_not_grow_into_its_ground():
     picture = shaded(60)
-    found = localise(binary_picture(picture))
+    found = localise(threshold_picture(picture))
     assert abs(grow_region(picture, found, 150).area_px - found.area_px) < 400

@@ -5,9 +5,9 @@ from scipy.optimize import linear_sum_assignment
 from scipy.special import erf
 
 from facetlog.perception.detection.block_front_end.edge_lines import (
-    edge_pixels,
+    cut_straight_pieces,
+    find_edge_pixels,
     fit_edge_line,
-    straight_pieces,
 )
 from facetlog.perception.detection.block_front_end.faces_of_block import picture_features
 from facetlog.perception.detection.block_front_end.plane_regions import plane_regions
@@ -58,14 +58,14 @@ def test_a_slope_change_of_thirty_degrees_cuts_and_less_does_not():
         way = np.array([np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))])
         return np.concatenate([first, first[-1] + np.arange(1, 40)[:, None] * way])
 
-    assert len(straight_pieces(bent(40), 8)) == 2
-    assert len(straight_pieces(bent(1), 8)) == 1
+    assert len(cut_straight_pieces(bent(40), 8)) == 2
+    assert len(cut_straight_pieces(bent(1), 8)) == 1
 
 
 def test_pure_noise_has_hardly_an_edge():
     rng = np.random.default_rng(0)
     image = np.clip(np.rint(rng.normal(180, 5, (240, 320))), 0, 255).astype(np.uint8)
-    edges = edge_pixels(image, np.full(image.shape, 255, np.uint8))
+    edges = find_edge_pixels(image, np.full(image.shape, 255, np.uint8))
     assert edges.mean() < 1e-4
 
 

@@ -12,8 +12,8 @@ from facetlog.perception.types import Camera, FloatArray, View
 from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import Floor, SolidTruth, World
-from facetlog.robot.tour import ring_poses
-from tests.rendered import sides, solid_truth
+from facetlog.robot.tour import make_ring_poses
+from tests.rendered import get_solid_truth, sides
 
 CAMERA = Camera(320, 240, 300.0, 300.0, 159.5, 119.5)
 VIEWS = 10
@@ -120,6 +120,6 @@ def block_rig(arc_deg: float = 360.0) -> Rig:
         exposure=1.0,
     )
     around = round(VIEWS * 360.0 / arc_deg)
-    poses = ring_poses([0.0, 0.0, 3.0], DISTANCE, (14.0, 20.0), around)[:VIEWS]
+    poses = make_ring_poses([0.0, 0.0, 3.0], DISTANCE, (14.0, 20.0), around)[:VIEWS]
     views = views_of(world, poses, CAMERA, noise_sd=0.0, blur_px=1.0)
-    return Rig(solid_truth(world), views)
+    return Rig(get_solid_truth(world), views)

@@ -16,7 +16,7 @@ from facetlog.perception.detection.line_front_end.points_3d.texture_points impor
 )
 from facetlog.perception.detection.view_graph import ViewGraph, view_graph
 from facetlog.perception.types import Camera, FloatArray, Image, Pose, View
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 
 CAMERA = Camera(480, 360, 450.0, 450.0, 239.5, 179.5)
 RADIUS, HEIGHT = 5.0, 2.0
@@ -91,7 +91,7 @@ def rig_of(poses: Sequence[Pose], seeds: Sequence[int]) -> PrintedRig:
 def ring(views: int, arc_deg: float) -> list[Pose]:
     """Poses on an arc round the disc, looking down at it."""
     around = round(views * 360.0 / arc_deg)
-    return list(ring_poses([0.0, 0.0, HEIGHT], 16.0, (10.0, 12.0), around)[:views])
+    return list(make_ring_poses([0.0, 0.0, HEIGHT], 16.0, (10.0, 12.0), around)[:views])
 
 
 @cache

@@ -7,8 +7,8 @@ import numpy as np
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     Corners,
     merge_corners,
-    outlined_tracks,
     track_corners,
+    track_outline_corners,
 )
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
@@ -33,7 +33,7 @@ def seen_faces(rig: Rig) -> tuple[Corners, FloatArray]:
 
 
 def tracks_of(corners: Corners, shown: FloatArray, rig: Rig) -> tuple[Track, ...]:
-    fits = fit_sides(corners.segments, corners.sides_shown(shown), rig.views, rig.maps)
+    fits = fit_sides(corners.segments, corners.find_shown_side_views(shown), rig.views, rig.maps)
     return track_corners(corners, rig.views, fits)
 
 
@@ -120,7 +120,7 @@ def test_the_corners_of_a_hole_stay_apart_from_those_of_its_face() -> None:
 def test_an_outline_places_its_corners_in_the_views_that_show_it_no_surer_than_it_is() -> None:
     rig = block_rig()
     corners, shown = seen_faces(rig)
-    for vertex, track in enumerate(outlined_tracks(corners, shown, rig.views)):
+    for vertex, track in enumerate(track_outline_corners(corners, shown, rig.views)):
         faces = [k for k, loop in enumerate(corners.loops) if vertex in loop]
         seen = np.nonzero(shown[faces].any(axis=0))[0].tolist()
         assert [o.view for o in track.observations] == seen

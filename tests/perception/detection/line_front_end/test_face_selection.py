@@ -17,8 +17,8 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
-    covered_extents,
-    line_profiles,
+    find_covered_extents,
+    measure_line_profiles,
 )
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.view_graph import view_graph
@@ -45,12 +45,12 @@ def selected(
     found = planes or plane_hypotheses(lines.segments, lines.end_covs, lines.support, lines.pixel)
     graph = view_graph(rig.views)
     use = np.ones((len(segments), len(rig.views)), np.bool_)
-    profiles = line_profiles(segments, rig.views, rig.maps, use, graph.weight)
+    profiles = measure_line_profiles(segments, rig.views, rig.maps, use, graph.weight)
     sides = SideJudge(rig.views, rig.maps, graph.weight)
     score = sides.score(segments)
     ground = find_ground(found, lines, score, rig.views, graph.distance, up)
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), graph.weight)
-    behind = LinesBehind.of(lines, covered_extents(segments, profiles), photos, sides)
+    behind = LinesBehind.of(lines, find_covered_extents(segments, profiles), photos, sides)
     faces, _ = select_faces(found, lines, score, rig.views, profiles, ground, photos, sides, behind)
     return faces
 

@@ -8,9 +8,9 @@ import shapely
 
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
-from facetlog.perception.detection.line_front_end.ground_spurs import without_spurs
+from facetlog.perception.detection.line_front_end.ground_spurs import remove_spurs
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
@@ -31,7 +31,7 @@ def long_side(rig: Rig) -> tuple[FloatArray, FloatArray]:
 def ring_on(rig: Rig, flat: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """A ring (k, 3) on the long side's plane from inches along it and up, its axes, its normal."""
     corners, normal = long_side(rig)
-    axes = plane_axes(normal, np.cross(UP, normal))
+    axes = make_plane_axes(normal, np.cross(UP, normal))
     start = corners[np.lexsort((corners @ axes[0], np.rint(corners @ UP)))[0]]
     return start + flat @ axes, axes, normal
 
@@ -44,7 +44,7 @@ def cut(rig: Rig, flat: FloatArray) -> FloatArray:
     ground = Ground(UP, 0.0, 4 * rig.pixel, centres, 30.0)
     shown = np.zeros(len(rig.views), np.bool_)
     shown[photos.facing(ring.mean(axis=0), normal)] = True
-    left = without_spurs(ring, normal, shown, rig.untaken, photos, ground, rig.pixel)
+    left = remove_spurs(ring, normal, shown, rig.untaken, photos, ground, rig.pixel)
     start = ring[0] - flat[0] @ axes
     return np.asarray((left - start) @ axes.T)
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.line_front_end.hole_search import differs_more
+from facetlog.perception.detection.line_front_end.hole_search import find_differing_places
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import FloatArray, View
@@ -15,7 +15,7 @@ from facetlog.robot.rendering.solids import Part, cuboid, joined, placed, printe
 from facetlog.robot.rendering.texture import Pattern, Texture
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import Floor, Solid, World
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.detection.line_front_end.block_rig import CAMERA
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -60,7 +60,7 @@ THINGS = {
 def views(name: str) -> tuple[View, ...]:
     floor = Floor(0.3, Texture(Pattern.TILES, 5, 45.0, 0.35))
     world = World((placed(THINGS[name](), 0.0, 0.0, yaw=0.4),), floor, np.array([1.0, 0.6, 2.0]))
-    poses = ring_poses([0.0, 0.0, 3.0], 26.0, (16.0, 22.0), VIEWS)
+    poses = make_ring_poses([0.0, 0.0, 3.0], 26.0, (16.0, 22.0), VIEWS)
     return views_of(world, poses, CAMERA, seed=1, noise_sd=3.0)
 
 
@@ -138,10 +138,10 @@ def test_the_mouth_of_an_open_box_is_no_face() -> None:
 def test_where_views_differ_more_than_elsewhere() -> None:
     count = np.full(200, 10.0)
     apart = np.zeros(200)
-    assert not differs_more(count, apart).any()
+    assert not find_differing_places(count, apart).any()
     apart[::7] = 1.0  # here and there one does
-    assert not differs_more(count, apart).any()
+    assert not find_differing_places(count, apart).any()
     apart[40:60] = 6.0
-    more = differs_more(count, apart)
+    more = find_differing_places(count, apart)
     assert more[40:60].all()
     assert more.sum() == 20

@@ -8,7 +8,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, View
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.detection.drawings import project, view
 from tests.perception.detection.line_front_end.block_rig import block_rig
 from tests.perception.detection.line_front_end.ideal_lines import exact_ends, exact_profiles
@@ -19,7 +19,7 @@ LEG = np.array([[0.2, 0.2, 0.9], [0.2, 0.2, 0.1]])
 
 
 def cameras() -> tuple[View, ...]:
-    return tuple(view(pose=p) for p in ring_poses([1.0, 0.5, 0.5], 4.0, (0.3, 2.0), 8))
+    return tuple(view(pose=p) for p in make_ring_poses([1.0, 0.5, 0.5], 4.0, (0.3, 2.0), 8))
 
 
 def top() -> SelectedFace:

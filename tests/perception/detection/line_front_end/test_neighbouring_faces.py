@@ -17,7 +17,7 @@ from facetlog.perception.scene import Evidence
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.robot.rendering.worlds import make_world
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
-from tests.rendered import solid_truth, tour
+from tests.rendered import get_solid_truth, tour
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -109,6 +109,6 @@ def test_a_block_in_four_views_has_its_five_faces() -> None:
     views = tour("block", 0)[::6]
     scene = reconstruct(views, name="four", up=UP)
     assert [f.evidence for f in scene.faces] == [Evidence.MEASURED] * 5
-    true = np.array(solid_truth(make_world("block", 0)).vertices)
+    true = np.array(get_solid_truth(make_world("block", 0)).vertices)
     away = np.linalg.norm(scene.points[:, None] - true, axis=-1).min(axis=1)
     assert away.max() < 0.2

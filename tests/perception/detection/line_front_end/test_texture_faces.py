@@ -6,12 +6,12 @@ from functools import partial
 import numpy as np
 
 from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
-    surface_between,
+    find_surface_between,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     TexturePlane,
-    shown_patches,
+    keep_shown_patches,
     texture_planes,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
@@ -29,8 +29,8 @@ from tests.perception.detection.line_front_end.printed_disc import (
 
 
 def patches_of(rig: PrintedRig) -> tuple[TexturePlane, ...]:
-    surface = partial(surface_between, rig.photos, rig.views, rig.pixel)
-    return shown_patches(texture_planes(rig.texture, rig.pixel), rig.texture, surface)
+    surface = partial(find_surface_between, rig.photos, rig.views, rig.pixel)
+    return keep_shown_patches(texture_planes(rig.texture, rig.pixel), rig.texture, surface)
 
 
 def found(

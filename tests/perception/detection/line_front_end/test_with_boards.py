@@ -20,9 +20,9 @@ from facetlog.robot.rendering.furniture import bench, shelf
 from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import Floor, Solid, World
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.detection.line_front_end.block_rig import CAMERA, DISTANCE, Rig
-from tests.rendered import solid_truth
+from tests.rendered import get_solid_truth
 
 UP = np.array([0.0, 0.0, 1.0])
 YAW = 0.4
@@ -45,8 +45,8 @@ def rig_of(name: str) -> Rig:
         sided=0.3,
         exposure=0.9,
     )
-    poses = ring_poses([0.0, 0.0, HEIGHT / 2], DISTANCE, (14.0, 20.0), 12)
-    return Rig(solid_truth(world), views_of(world, poses, CAMERA, noise_sd=0.0, blur_px=1.0))
+    poses = make_ring_poses([0.0, 0.0, HEIGHT / 2], DISTANCE, (14.0, 20.0), 12)
+    return Rig(get_solid_truth(world), views_of(world, poses, CAMERA, noise_sd=0.0, blur_px=1.0))
 
 
 def panel(centre: FloatArray, along: FloatArray, up: FloatArray, rig: Rig) -> SelectedFace:

@@ -12,15 +12,15 @@ from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
     Adjusted,
     adjust,
     adjusted_points,
-    without_common_motion,
+    remove_common_motion,
 )
-from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import lenses_of
+from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import group_lenses
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import ROBUST_SD, Tracks
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind, PoseErrors, View
 from facetlog.robot.rendering.solids import cuboid
-from facetlog.robot.rendering.views import random_similarity, with_pose_noise
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.rendering.views import add_pose_noise, draw_similarity
+from facetlog.robot.tour import make_ring_poses
 
 CAMERA = Camera(640, 480, 600.0, 600.0, 319.5, 239.5)
 CORNERS = np.array(cuboid(0.254, 0.203, 0.152).vertices)
@@ -29,7 +29,7 @@ PIXEL_SD = 0.1
 
 def ring(count: int = 24) -> tuple[View, ...]:
     image = np.zeros((480, 640), np.uint8)
-    poses = ring_poses([0.0, 0.0, 0.08], 0.7, (0.35, 0.5), count)
+    poses = make_ring_poses([0.0, 0.0, 0.08], 0.7, (0.35, 0.5), count)
     return tuple(View(f"{k}.png", image, CAMERA, pose) for k, pose in enumerate(poses))
 
 
@@ -55,7 +55,7 @@ def tracks_of(
 
 def off(views: tuple[View, ...], seed: int, degrees: float, metres: float) -> tuple[View, ...]:
     rng = np.random.default_rng([seed, 2])
-    return with_pose_noise(views, rng, position_sd=metres, angle_sd=np.radians(degrees))
+    return add_pose_noise(views, rng, position_sd=metres, angle_sd=np.radians(degrees))
 
 
 def adjusted(seed: int, degrees: float, metres: float, count: int = 24) -> Adjusted:
@@ -150,7 +150,7 @@ def test_the_mean_of_the_poses_given_holds_the_gauge() -> None:
 
 def test_another_frame_and_scale_give_the_same_adjustment() -> None:
     views = off(ring(), 5, 0.3, 0.005)
-    frame = random_similarity(np.random.default_rng(5), scale=1000.0, reach=100.0)
+    frame = draw_similarity(np.random.default_rng(5), scale=1000.0, reach=100.0)
     tracks = tracks_of(ring(), 5)
     here = adjust(tracks, views, CORNERS)
     start = frame.scale * CORNERS @ frame.rotation.T + frame.shift
@@ -291,7 +291,7 @@ def test_a_common_shift_and_turn_are_not_in_them() -> None:
     points = cloud()
     shared = motions(points) * np.array([3.0, 1.0, 2.0, 0.1, 0.2, 0.3])[:, None]
     own = np.tile(1e-6 * np.eye(3), (len(points), 1, 1))
-    covs = without_common_motion(points, own, shared)
+    covs = remove_common_motion(points, own, shared)
     assert np.trace(covs, axis1=1, axis2=2).max() < 3.1e-6
 
 
@@ -308,13 +308,13 @@ def test_they_are_those_of_points_moved_onto_the_truth() -> None:
     best = np.linalg.lstsq(rows * root[:, None], (errors.reshape(count, 18) * root).T, rcond=None)
     left = errors.reshape(count, 18) - (rows @ best[0]).T
     found = np.einsum("cni,cnj->nij", left.reshape(count, 6, 3), left.reshape(count, 6, 3)) / count
-    np.testing.assert_allclose(without_common_motion(points, own, shared), found, atol=0.15)
+    np.testing.assert_allclose(remove_common_motion(points, own, shared), found, atol=0.15)
 
 
 def test_one_point_is_nowhere_against_others() -> None:
-    covs = without_common_motion(np.ones((1, 3)), np.eye(3)[None], np.zeros((1, 2, 3)))
+    covs = remove_common_motion(np.ones((1, 3)), np.eye(3)[None], np.zeros((1, 2, 3)))
     np.testing.assert_allclose(covs, 0.0, atol=1e-12)
-    assert without_common_motion(
+    assert remove_common_motion(
         np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 2, 3))
     ).shape == (
         0,
@@ -338,7 +338,7 @@ def spread(uv: FloatArray, views: int) -> FloatArray:
 
 @given(focal=st.floats(-0.2, 0.2), radial=st.floats(-0.3, 0.3))
 def test_a_pixel_freed_of_its_distortion_is_the_pinholes(focal: float, radial: float) -> None:
-    lenses = lenses_of(ring(3))
+    lenses = group_lenses(ring(3))
     unknowns = np.array([[focal, radial]])
     seen, _, _ = lenses.seen(unknowns, spread(UV, 3))
     off = spread(UV, 3) - lenses.centre
@@ -349,7 +349,7 @@ def test_a_pixel_freed_of_its_distortion_is_the_pinholes(focal: float, radial: f
 
 @given(focal=st.floats(-0.2, 0.2), radial=st.floats(-0.3, 0.3))
 def test_derivatives_are_those_of_differences(focal: float, radial: float) -> None:
-    lenses = lenses_of(two_cameras())
+    lenses = group_lenses(two_cameras())
     unknowns = np.array([[focal, radial], [radial / 2, focal]])
     uv, step = spread(UV, 6), 1e-6
     at, by_pixel, by_lens = lenses.seen(unknowns, uv)
@@ -365,7 +365,7 @@ def test_a_camera_of_two_views_has_no_unknowns() -> None:
     views = two_cameras(4)
     lone = Camera(640, 480, 700.0, 700.0, 319.5, 239.5)
     views = (*ring(3), replace(views[0], camera=lone), replace(views[1], camera=lone))
-    lenses = lenses_of(views)
+    lenses = group_lenses(views)
     assert lenses.count == 1
     unknowns = np.array([[0.1, 0.1]])
     seen, _, by_lens = lenses.seen(unknowns, spread(UV, 5))

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.lines.image_line import (
     ImageLine,
+    filter_image_line,
     fit_image_line,
-    image_line_recursion,
 )
 from facetlog.perception.estimation.plane_filter import Chart
 
@@ -56,7 +56,7 @@ def test_the_recursion_ends_at_the_fit(degrees, seed):
     points = _pixels(degrees)
     points = points + SD * np.random.default_rng(seed).normal(size=points.shape)
     fit = fit_image_line(points, _covs(points))
-    *_, last = image_line_recursion(points, _covs(points))
+    *_, last = filter_image_line(points, _covs(points))
     last = last.in_chart(fit.chart, fit.origin)
     off = last.state.mean - fit.state.mean
     assert off @ np.linalg.solve(fit.state.cov, off) < 0.1**2

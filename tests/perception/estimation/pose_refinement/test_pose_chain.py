@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved, pose_chain
 from facetlog.perception.types import Pose
-from facetlog.robot.rendering.views import with_drift
+from facetlog.robot.rendering.views import add_drift
 from tests.rendered import tour
 
 ABOUT = np.array([1.0, -2.0, 0.5])
@@ -26,7 +26,7 @@ def test_a_twist_moves_camera_and_world_point_alike(twist: list[float], seed: in
 
 def test_what_a_step_adds_does_not_depend_on_the_drift_before_it() -> None:
     views = tour("block")[:6]
-    _, covs = with_drift(views, np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)
+    _, covs = add_drift(views, np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)
     poses = [view.pose for view in views]
     chain = pose_chain(poses, covs, ABOUT, 40.0)
     before = np.array(covs)
@@ -44,8 +44,8 @@ def test_what_a_step_adds_does_not_depend_on_the_drift_before_it() -> None:
 
 def test_where_odometry_began_anew_both_drifts_are_in_the_step() -> None:
     views = tour("block")[:8]
-    _, first = with_drift(views[:4], np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)
-    _, second = with_drift(views[3:], np.random.default_rng(1), turn_sd=0.01, way_sd=0.02)
+    _, first = add_drift(views[:4], np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)
+    _, second = add_drift(views[3:], np.random.default_rng(1), turn_sd=0.01, way_sd=0.02)
     poses = [view.pose for view in views]
     chain = pose_chain(poses, np.concatenate([first, second[1:]]), ABOUT, 40.0)
     apart = pose_chain(poses[:4], first, ABOUT, 40.0)
@@ -56,11 +56,11 @@ def test_where_odometry_began_anew_both_drifts_are_in_the_step() -> None:
 
 def test_steps_have_the_covariance_of_many_drawn_drifts() -> None:
     views = tour("block")[:5]
-    _, covs = with_drift(views, np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)
+    _, covs = add_drift(views, np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)
     chain = pose_chain([view.pose for view in views], covs, ABOUT, 40.0)
     drawn = []
     for seed in range(400):
-        off, _ = with_drift(views, np.random.default_rng(seed), turn_sd=0.01, way_sd=0.02)
+        off, _ = add_drift(views, np.random.default_rng(seed), turn_sd=0.01, way_sd=0.02)
         drawn.append([_twist(a.pose, b.pose) for a, b in zip(views, off, strict=True)])
     steps = np.diff(np.array(drawn), axis=1)
     of_heading = steps[:, :, 2].std(axis=0)

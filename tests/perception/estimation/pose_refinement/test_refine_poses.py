@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from facetlog.perception.estimation.pose_refinement.refine_poses import (
-    refined_views,
-    with_refined_poses,
+    correct_poses,
+    refine_views,
 )
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind, PoseErrors, View
-from facetlog.robot.rendering.views import pose_errors, random_similarity, with_drift
+from facetlog.robot.rendering.views import add_drift, draw_similarity, pose_errors
 from tests.rendered import tour
 
 TURN_SD = float(np.radians(0.6))
@@ -23,8 +23,8 @@ TURN_SD = float(np.radians(0.6))
 @pytest.mark.slow
 def test_drifting_poses_are_put_right(world: str, seed: int) -> None:
     true = tour(world, seed)
-    given, covs = with_drift(true, np.random.default_rng(seed), turn_sd=TURN_SD, way_sd=0.02)
-    found = refined_views(given, covs)
+    given, covs = add_drift(true, np.random.default_rng(seed), turn_sd=TURN_SD, way_sd=0.02)
+    found = refine_views(given, covs)
     place, turn = pose_errors(found.views, true)
     place_before, turn_before = pose_errors(given, true)
     assert found.explained > max(0.9, found.explained_before)
@@ -40,13 +40,13 @@ def test_drifting_poses_are_put_right(world: str, seed: int) -> None:
 @pytest.mark.slow
 def test_what_is_found_does_not_depend_on_the_frame_or_unit_of_the_world() -> None:
     true = tour("block", 1)[:10]
-    given, covs = with_drift(true, np.random.default_rng(4), turn_sd=TURN_SD, way_sd=0.02)
-    frame = random_similarity(np.random.default_rng(2), scale=0.03, reach=5.0)
+    given, covs = add_drift(true, np.random.default_rng(4), turn_sd=TURN_SD, way_sd=0.02)
+    frame = draw_similarity(np.random.default_rng(2), scale=0.03, reach=5.0)
     turn = np.kron(np.eye(2), frame.rotation)
     units = np.array([frame.scale] * 3 + [1.0] * 3)
     there = turn @ covs @ turn.T * units[:, None] * units
-    here = refined_views(given, covs)
-    moved = refined_views([frame.view(v) for v in given], there)
+    here = refine_views(given, covs)
+    moved = refine_views([frame.view(v) for v in given], there)
     assert moved.explained == pytest.approx(here.explained, abs=0.05)
     place, angle = pose_errors(moved.views, [frame.view(v) for v in here.views])
     assert place / frame.scale < 0.1
@@ -55,8 +55,8 @@ def test_what_is_found_does_not_depend_on_the_frame_or_unit_of_the_world() -> No
 
 def test_poses_that_are_right_stay_where_they_are() -> None:
     true = tour("block")[:8]
-    _, covs = with_drift(true, np.random.default_rng(0), turn_sd=TURN_SD, way_sd=0.02)
-    found = refined_views(true, covs)
+    _, covs = add_drift(true, np.random.default_rng(0), turn_sd=TURN_SD, way_sd=0.02)
+    found = refine_views(true, covs)
     place, turn = pose_errors(found.views, true)
     assert place < 0.25
     assert turn < np.radians(0.3)
@@ -64,10 +64,10 @@ def test_poses_that_are_right_stay_where_they_are() -> None:
 
 def test_errors_of_single_poses_are_left_to_the_adjustment() -> None:
     true = _in_metres(tour("block")[:6])
-    _, covs = with_drift(true, np.random.default_rng(1), turn_sd=TURN_SD, way_sd=0.02)
+    _, covs = add_drift(true, np.random.default_rng(1), turn_sd=TURN_SD, way_sd=0.02)
     errors = replace(_stated(true, covs), kind=PoseErrorKind.INDEPENDENT)
     view_set = ViewSet("tour", true, metric=True, pose_errors=errors)
-    assert with_refined_poses(view_set) is view_set
+    assert correct_poses(view_set) is view_set
 
 
 def _stated(views: tuple[View, ...], covs: FloatArray) -> PoseErrors:

@@ -6,11 +6,11 @@ from functools import cache
 import numpy as np
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import find_shown_lines
 from facetlog.perception.detection.segments import detect_segments
-from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
+from facetlog.perception.estimation.pose_refinement.view_alignment import align_views
 from facetlog.perception.types import View
-from facetlog.robot.rendering.views import views_of, with_pose_noise
+from facetlog.robot.rendering.views import add_pose_noise, views_of
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_camera, tour_poses
 
@@ -24,8 +24,8 @@ def tour() -> tuple[View, ...]:
 def agreeing(views: tuple[View, ...]) -> tuple[View, ...]:
     maps = [edge_map(v.image) for v in views]
     segments = [detect_segments(v.image) for v in views]
-    cloud, use = shown_lines(views, maps, segments)
-    return aligned_views(views, maps, segments, cloud.segments, use) or views
+    cloud, use = find_shown_lines(views, maps, segments)
+    return align_views(views, maps, segments, cloud.segments, use) or views
 
 
 def test_views_that_agree_stay_as_they_are() -> None:
@@ -36,7 +36,7 @@ def test_views_that_agree_stay_as_they_are() -> None:
 
 def test_views_off_by_some_tenths_of_a_degree_come_to_agree() -> None:
     rng = np.random.default_rng(0)
-    off = with_pose_noise(tour(), rng, position_sd=0.2, angle_sd=np.radians(0.3))
+    off = add_pose_noise(tour(), rng, position_sd=0.2, angle_sd=np.radians(0.3))
     found = agreeing(off)
     # Corners of the block, as the views before and after have them against the true ones.
     corners = np.array(make_world("block", 0).truth.solids[0].vertices)

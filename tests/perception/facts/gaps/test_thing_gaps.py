@@ -14,8 +14,8 @@ from facetlog.perception.scene import Edge, Face, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
     cuboid,
+    fit_plane_through_loop,
     moved,
-    plane_through,
     polyhedron,
     pyramid,
     stick_table,
@@ -90,7 +90,7 @@ def test_a_bar_goes_through_a_hole_without_touching() -> None:
     bar = moved(cuboid(0.4, 0.4, 2.0), translation=(-0.2, -0.2, -1.0))
     start = len(bar.vertices)
     vertices = tuple(Vertex(p, 1e-6 * np.eye(3)) for p in (*square, *0.5 * square))
-    plane = plane_through(square, 0.001)
+    plane = fit_plane_through_loop(square, 0.001)
     for holes, wanted in ((), 0.0), (((4, 5, 6, 7),), 0.3):
         face = Face(
             tuple(start + i for i in range(4)),
@@ -175,7 +175,8 @@ def test_deviations_are_those_of_the_spread(name: str) -> None:
                 tuple(Vertex(p, sd**2 * np.eye(3)) for p in points),
                 tuple(Edge(e.start, e.end) for e in scene.edges),
                 tuple(
-                    Face(f.outline, plane_through(points[list(f.outline)], sd)) for f in scene.faces
+                    Face(f.outline, fit_plane_through_loop(points[list(f.outline)], sd))
+                    for f in scene.faces
                 ),
             ),
             len(first.faces),

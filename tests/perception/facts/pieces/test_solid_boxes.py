@@ -14,8 +14,8 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     beside,
     inside,
-    known_of_two,
-    known_overlaps,
+    iter_known_overlaps,
+    iter_known_relations,
 )
 from tests.perception.pieces.test_openings import DEPTH, HEIGHT, LINTEL, POST, POSTS, Box, of_boxes
 
@@ -63,11 +63,11 @@ def test_what_stands_on_one_floor_without_meeting_is_beside_and_not_inside(
 def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certain() -> None:
     post, other = box((0.0, 0.0, 0.5), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.5), (0.1, 0.1, 1.0))
     room = box((0.0, 0.0, 0.5), (2.0, 2.0, 2.0))
-    known = set(known_of_two([post, other, room], UP))
+    known = set(iter_known_relations([post, other, room], UP))
     assert {("beside", 0, 1, True), ("beside", 1, 0, True), ("inside", 0, 2, True)} <= known
     assert len(known) == 12
     towards = replace(post, reaches=np.array([[0.0, 2.0], [0.0, 0.0], [0.0, 0.0]]))
-    open_ = set(known_of_two([towards, other, room], UP))
+    open_ = set(iter_known_relations([towards, other, room], UP))
     assert open_ < known
     assert {(name, *sorted(two)) for name, *two, _ in known - open_} == {
         ("beside", 0, 1),
@@ -99,16 +99,18 @@ def _board(x: float, z: float, *, unseen: bool = False) -> SolidBox:
 
 @pytest.mark.parametrize(("x", "share"), [(0.0, 1.0), (0.75, 0.25), (1.0, 0.0), (3.0, 0.0)])
 def test_boards_of_any_heights_overlap_by_a_share_of_their_plans(x: float, share: float) -> None:
-    found = {(i, j): s for i, j, s, _ in known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], UP)}
+    found = {
+        (i, j): s for i, j, s, _ in iter_known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], UP)
+    }
     assert found == {(0, 1): pytest.approx(share, abs=1e-3), (1, 0): pytest.approx(share, abs=1e-3)}
-    assert not list(known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], None))
+    assert not list(iter_known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], None))
 
 
 def test_an_overlap_is_known_as_far_as_the_ends_of_both_are() -> None:
     sds = []
     for cell in (0.01, 0.02):
         boxes = [replace(_board(x, 0.4 + x), cell=cell) for x in (0.0, 0.75)]
-        sds.append(next(sd for *_, sd in known_overlaps(boxes, UP)))
+        sds.append(next(sd for *_, sd in iter_known_overlaps(boxes, UP)))
     # Two ends of the overlap along x, less what the width of a metre grows by alike.
     assert sds[0] == pytest.approx(1.5 * 0.01 / math.sqrt(12.0), rel=0.1)
     assert sds[1] == pytest.approx(2.0 * sds[0], rel=0.1)

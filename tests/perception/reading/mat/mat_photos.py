@@ -9,7 +9,7 @@ import numpy as np
 
 from facetlog.perception.reading.mat.mats import MATS, Mat
 from facetlog.perception.types import Camera, Image, Pose
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 
 A4, A3, _ = MATS
 SMALL = Camera(640, 480, 600.0, 600.0, 322.0, 237.5)
@@ -63,7 +63,7 @@ def photo(
 def around(count: int, distance: float = 0.3) -> tuple[Pose, ...]:
     """Poses round the middle of the mat, at two heights."""
     rng = np.random.default_rng(7)
-    return ring_poses((0, 0, 0), distance, (0.22, 0.34), count, jitter=0.05, rng=rng)
+    return make_ring_poses((0, 0, 0), distance, (0.22, 0.34), count, jitter=0.05, rng=rng)
 
 
 def write_photos(folder: Path, pictures: Sequence[Image], first: int = 0) -> Path:

@@ -13,7 +13,7 @@ from facetlog.perception.reading.mat.mat_poses import MatPicture, PlacedPicture
 from facetlog.perception.reading.mat.mats import MATS
 from facetlog.perception.reading.mat.sightings import Sighting
 from facetlog.perception.reading.shots import Shot
-from facetlog.robot.tour import looking_at
+from facetlog.robot.tour import make_pose_looking_at
 
 CAMERA = FittedCamera(1000.0, np.array([640.0, 480.0]), np.zeros(5), np.eye(8))
 
@@ -25,7 +25,7 @@ def placed(
     a, h = np.radians([angle, height])
     centre = 0.5 * np.array([np.cos(h) * np.cos(a), np.cos(h) * np.sin(a), np.sin(h)])
     inside = np.ones(corners, dtype=np.bool_)
-    pose = FittedPose(looking_at(centre, [0, 0, 0]), np.eye(6), 0.2, inside)
+    pose = FittedPose(make_pose_looking_at(centre, [0, 0, 0]), np.eye(6), 0.2, inside)
     seen = Sighting(MATS[0], np.arange(corners), np.zeros((corners, 2)), 0.5, square_px)
     return PlacedPicture(
         MatPicture(Shot(Path("a.jpg")), (1280, 960), TakenWith(), seen), CAMERA, pose

@@ -18,7 +18,7 @@ from facetlog.perception.types import (
     PoseErrors,
     View,
 )
-from facetlog.robot.tour import looking_at, ring_poses
+from facetlog.robot.tour import make_pose_looking_at, make_ring_poses
 
 SIZE, FOCAL = (1280, 960), 1050.0
 LENS = np.array([0.08, -0.15, 4e-4, -5e-4, 0.05])
@@ -59,7 +59,7 @@ def fit_of(seed: int, poses: tuple[Pose, ...], rolling: float = 0.0) -> tuple[Ma
 
 def ring(seed: int, count: int) -> tuple[Pose, ...]:
     rng = np.random.default_rng([seed, 1])
-    return ring_poses((0, 0, 0), 0.3, (0.2, 0.35), count, jitter=0.1, rng=rng)
+    return make_ring_poses((0, 0, 0), 0.3, (0.2, 0.35), count, jitter=0.1, rng=rng)
 
 
 def squared(found: FittedPose, true: Pose) -> float:
@@ -88,7 +88,7 @@ def test_poses_and_cameras_are_off_as_their_covariances_say(rolling: float) -> N
 
 
 def test_pictures_from_straight_above_leave_the_distance_open() -> None:
-    poses = tuple(looking_at([x, -1e-3, 0.4], [x, 0, 0]) for x in (-0.02, 0.0, 0.02))
+    poses = tuple(make_pose_looking_at([x, -1e-3, 0.4], [x, 0, 0]) for x in (-0.02, 0.0, 0.02))
     fit, _ = fit_of(3, poses)
     slanted, _ = fit_of(3, ring(3, 3))
     assert np.sqrt(fit.cameras[0].cov[0, 0]) > 3 * np.sqrt(slanted.cameras[0].cov[0, 0])
@@ -124,7 +124,7 @@ def test_lengths_above_the_mat_are_as_sure_as_they_say(
 def squared_lengths(seed: int, count: int, heights: tuple[float, ...]) -> FloatArray:
     """Normalised squared errors (12,) of a block's edges, found with the cameras of the mat."""
     rng = np.random.default_rng([seed, 2])
-    poses = ring_poses((0, 0, 0), 0.3, heights, count, jitter=0.1, rng=rng)
+    poses = make_ring_poses((0, 0, 0), 0.3, heights, count, jitter=0.1, rng=rng)
     fit, centre = fit_of(seed, poses)
     true = np.array([[FOCAL, 0, centre[0]], [0, FOCAL, centre[1]], [0, 0, 1]])
     camera, placed = fit.cameras[0], [found.pose for found in fit.poses]

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.reading.mat.mats import MATS, Mat, mat_named, mat_of_marker
+from facetlog.perception.reading.mat.mats import MATS, Mat, find_mat, find_mat_of_marker
 from tests.perception.reading.mat.mat_photos import sheet
 
 PX_PER_MM = 8
@@ -22,8 +22,8 @@ def test_opencv_finds_every_corner_where_the_mat_says_that_it_is(mat: Mat) -> No
     assert np.abs(np.reshape(corners, (-1, 2)) - expected).max() < 1.0
     assert np.ptp(places[:, 0]) == pytest.approx((mat.columns - 2) * mat.square_mm)
     assert not places[:, 2].any()
-    assert mat_of_marker(mat.markers[0]) is mat_of_marker(mat.markers[-1]) is mat
-    assert mat_named(mat.paper.lower()) is mat
+    assert find_mat_of_marker(mat.markers[0]) is find_mat_of_marker(mat.markers[-1]) is mat
+    assert find_mat(mat.paper.lower()) is mat
 
 
 @of_each_paper

@@ -9,14 +9,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import facetlog
-from facetlog.perception.reading.mat.mat_poses import PlacedPicture, mat_pictures
+from facetlog.perception.reading.mat.mat_poses import PlacedPicture, find_mat_pictures
 from facetlog.perception.types import Camera, Pose
 from facetlog.robot.rendering.solids import chair, cuboid, placed, table
 from facetlog.robot.rendering.texture import Pattern, Sheet, Texture
 from facetlog.robot.rendering.world import Floor, Solid, World
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.reading.mat.mat_photos import A3, PX_PER_MM, sheet
-from tests.robot.phone import Phone, phone_picture
+from tests.robot.phone import Phone, take_phone_picture
 
 SUN = np.array([0.5, -0.3, 1.2])
 WHITE = 230.0
@@ -35,7 +35,7 @@ def taken(world: World, poses: tuple[Pose, ...], camera: Camera, folder: Path, s
     rng = np.random.default_rng(seed)
     phone = Phone(camera)
     for number, pose in enumerate(poses):
-        picture = phone_picture(world, phone, pose, rng)
+        picture = take_phone_picture(world, phone, pose, rng)
         quality = [cv2.IMWRITE_JPEG_QUALITY, phone.jpeg_quality]
         assert cv2.imwrite(str(folder / f"{number:02d}.jpg"), picture, quality)
     return phone
@@ -64,10 +64,10 @@ THINGS: dict[str, Callable[[], Solid]] = {
 def test_a_thing_on_a_mat_is_what_it_is_and_as_large_as_it_is(name: str, tmp_path: Path) -> None:
     camera = Camera(960, 720, 900.0, 900.0, 483.0, 356.0)
     rng = np.random.default_rng(4)
-    poses = ring_poses((0, 0, 0.04), 0.5, (0.28, 0.42, 0.58), 14, jitter=0.06, rng=rng)
+    poses = make_ring_poses((0, 0, 0.04), 0.5, (0.28, 0.42, 0.58), 14, jitter=0.06, rng=rng)
     solid = placed(THINGS[name](), 0.0, 0.0, yaw=0.4)
     phone = taken(on_the_mat(solid), poses, camera, tmp_path, seed=2)
-    seen = mat_pictures(tmp_path)
+    seen = find_mat_pictures(tmp_path)
     found = seen.pictures
     assert (seen.left_out, seen.faults) == ((), ())
     assert np.mean(squared_errors(found, poses)) < 12

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.mat.mat_poses import MatSet, mat_pictures
+from facetlog.perception.reading.mat.mat_poses import MatSet, find_mat_pictures
 from facetlog.perception.reading.mat.mats import Mat
 from facetlog.perception.reading.mat.sightings import MirroredError, OtherBoardError, sighting
 from facetlog.perception.types import Image
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.reading.mat.mat_photos import A4, SMALL, photo, write_photos
 
 LARGER = SMALL.resized(960, 720)
-POSES = ring_poses((0, 0, 0), 0.3, (0.2, 0.3), 8, jitter=0.1, rng=np.random.default_rng(3))
+POSES = make_ring_poses((0, 0, 0), 0.3, (0.2, 0.3), 8, jitter=0.1, rng=np.random.default_rng(3))
 
 
 @cache
@@ -59,7 +59,7 @@ def worst_distance(found: MatSet) -> float:
 @pytest.mark.parametrize("k1", [0.0, -0.2])
 @pytest.mark.slow
 def test_a_sound_set_has_no_fault_whatever_its_lens(k1: float, tmp_path: Path) -> None:
-    found = mat_pictures(write_photos(tmp_path / "a", [bent(p, k1) for p in pictures()]))
+    found = find_mat_pictures(write_photos(tmp_path / "a", [bent(p, k1) for p in pictures()]))
     assert (len(found.pictures), found.faults) == (8, ())
     assert worst_distance(found) < 0.01
 
@@ -90,7 +90,7 @@ def test_no_picture_of_another_board_is_used(tmp_path: Path) -> None:
     board = Mat("A4", 297.0, 210.0, 8, 6, 30.0, 22.5, first_marker=0)
     folder = write_photos(tmp_path / "a", [photo(board, pose) for pose in POSES[:3]])
     with pytest.raises(InputError, match="each of 3 pictures shows another board") as caught:
-        mat_pictures(folder)
+        find_mat_pictures(folder)
     assert "\n" not in str(caught.value)
 
 
@@ -100,12 +100,12 @@ def test_mirrored_pictures_are_named_and_left_out(tmp_path: Path) -> None:
     with pytest.raises(MirroredError):
         sighting(mirrored[0])
     folder = write_photos(tmp_path / "some", [*pictures()[:6], *mirrored[6:]])
-    found = mat_pictures(folder)
+    found = find_mat_pictures(folder)
     assert len(found.pictures) == 6
     assert all("is mirrored" in each.line for each in found.left_out)
     assert worst_distance(found) < 0.01
     with pytest.raises(InputError, match="each of 3 pictures is mirrored"):
-        mat_pictures(write_photos(tmp_path / "all", mirrored[:3]))
+        find_mat_pictures(write_photos(tmp_path / "all", mirrored[:3]))
 
 
 @pytest.mark.parametrize(("zoom", "every"), [(1.2, 2), (2.0, 8)])
@@ -114,7 +114,7 @@ def test_zoomed_pictures_have_a_camera_of_their_own(
     zoom: float, every: int, tmp_path: Path
 ) -> None:
     mixed = [enlarged(p, zoom) if k % every == 1 else p for k, p in enumerate(pictures())]
-    found = mat_pictures(write_photos(tmp_path / "a", mixed))
+    found = find_mat_pictures(write_photos(tmp_path / "a", mixed))
     assert worst_distance(found) < 0.01
     (fault,) = found.faults
     assert "are zoomed or cropped" in fault or "is zoomed or cropped" in fault
@@ -125,7 +125,7 @@ def test_zoomed_pictures_have_a_camera_of_their_own(
 @pytest.mark.slow
 def test_pictures_that_were_cropped_aside_are_named(tmp_path: Path) -> None:
     aside = [enlarged(p, 1.3, 0.11) for p in pictures()]
-    found = mat_pictures(write_photos(tmp_path / "a", aside))
+    found = find_mat_pictures(write_photos(tmp_path / "a", aside))
     assert any("off the middle" in fault for fault in found.faults)
 
 
@@ -134,7 +134,7 @@ def test_pictures_that_were_cropped_aside_are_named(tmp_path: Path) -> None:
 def test_a_print_that_is_longer_one_way_is_named_and_allowed_for(
     stretch: float, tmp_path: Path
 ) -> None:
-    found = mat_pictures(write_photos(tmp_path / "a", pictures(stretch)))
+    found = find_mat_pictures(write_photos(tmp_path / "a", pictures(stretch)))
     (fault,) = found.faults
     assert ("% longer" if stretch > 1 else "% shorter") in fault
     assert worst_distance(found) < 0.01

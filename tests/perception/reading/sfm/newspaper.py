@@ -12,8 +12,8 @@ from facetlog.perception.types import Camera, Pose
 from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.rendering.texture import Pattern, Sheet, Texture
 from facetlog.robot.rendering.world import Floor, World
-from facetlog.robot.tour import ring_poses
-from tests.robot.phone import Phone, phone_picture
+from facetlog.robot.tour import make_ring_poses
+from tests.robot.phone import Phone, take_phone_picture
 
 CAMERA = Camera(480, 360, 450.0, 450.0, 241.0, 178.0)
 BOX = (0.18, 0.12, 0.1)
@@ -62,7 +62,7 @@ def taken(folder: Path, poses: tuple[Pose, ...], *, first: int = 0, paper: int =
     rng, phone = np.random.default_rng(paper), Phone(CAMERA)
     for number, pose in enumerate(poses, start=first):
         # As phones store it that are held upright: on its side, and EXIF says so.
-        lying = Image.fromarray(np.rot90(phone_picture(world, phone, pose, rng)))
+        lying = Image.fromarray(np.rot90(take_phone_picture(world, phone, pose, rng)))
         exif = Image.Exif()
         exif[ExifTags.Base.Orientation] = 6
         lying.save(folder / f"{number:02d}.jpg", quality=phone.jpeg_quality, exif=exif)
@@ -71,4 +71,4 @@ def taken(folder: Path, poses: tuple[Pose, ...], *, first: int = 0, paper: int =
 def around(count: int) -> tuple[Pose, ...]:
     """Poses round the box, from three heights."""
     rng = np.random.default_rng(4)
-    return ring_poses((0, 0, 0.04), 0.5, (0.28, 0.42, 0.58), count, jitter=0.06, rng=rng)
+    return make_ring_poses((0, 0, 0.04), 0.5, (0.28, 0.42, 0.58), count, jitter=0.06, rng=rng)

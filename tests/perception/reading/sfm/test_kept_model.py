@@ -11,7 +11,7 @@ from facetlog.perception.reading.sfm.outcome import Outcome, Pair, Settings
 from facetlog.perception.reading.sfm.sfm_poses import (
     check_keep,
     keep_model,
-    kept_outcome,
+    load_kept_outcome,
     made_from,
 )
 from facetlog.perception.reading.shots import Shot
@@ -31,13 +31,13 @@ def test_what_is_kept_comes_back_for_the_same_key_alone(tmp_path: Path, model: P
     keep = tmp_path / "new" / "out-cameras"
     check_keep(keep)
     keep_model(keep, model, "first", OUTCOME)
-    assert kept_outcome(keep, "first") == OUTCOME
-    assert kept_outcome(keep, "second") is None
+    assert load_kept_outcome(keep, "first") == OUTCOME
+    assert load_kept_outcome(keep, "second") is None
     check_keep(keep)
     (model / "images.bin").rename(model / "cameras.bin")
     keep_model(keep, model, "second", replace(OUTCOME, error_px=0.7))
     assert sorted(path.name for path in keep.iterdir()) == ["cameras.bin", "facetlog.json"]
-    assert kept_outcome(keep, "first") is None
+    assert load_kept_outcome(keep, "first") is None
 
 
 def test_what_is_left_of_an_attempt_is_ours_and_not_used(
@@ -50,7 +50,7 @@ def test_what_is_left_of_an_attempt_is_ours_and_not_used(
     with pytest.raises(KeyboardInterrupt):
         keep_model(tmp_path / "kept", model, "key", OUTCOME)
     check_keep(tmp_path / "kept")
-    assert kept_outcome(tmp_path / "kept", "key") is None
+    assert load_kept_outcome(tmp_path / "kept", "key") is None
 
 
 @pytest.mark.parametrize("record", ["{", "[]", '{"schema": "facetlog-cameras/0"}'])

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from facetlog.perception.reading.left_out import LeftOut, lines_of
-from facetlog.perception.reading.sfm.outcome import Outcome, Pair, left_out, why_nothing
+from facetlog.perception.reading.sfm.outcome import Outcome, Pair, explain_failure, left_out
 
 PLACES = {name: f"photos/{name}" for name in "abcdefg"}
 TEXTURED = dict.fromkeys("abcd", 900)
@@ -36,7 +36,7 @@ TEXTURED = dict.fromkeys("abcd", 900)
     ],
 )
 def test_why_nothing_was_placed_comes_with_the_way_out(outcome: Outcome, line: str) -> None:
-    assert re.search(line, why_nothing(outcome))
+    assert re.search(line, explain_failure(outcome))
 
 
 def test_pictures_that_do_not_join_are_named_group_by_group() -> None:

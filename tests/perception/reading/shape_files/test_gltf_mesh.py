@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from tests.perception.reading.shape_files import mesh_measures
 from tests.perception.reading.shape_files.mesh_measures import area, extent, volume
 
@@ -113,7 +113,7 @@ def test_the_sd_of_quantised_sizes_is_as_large_as_their_error(tmp_path: Path, ki
         np.round(BLOCK / BLOCK.max(axis=0) * sizes / 1.2 * most), kind, normalized=True
     )
     made.node["scale"] = [1.2] * 3
-    scene = scene_of_mesh(made.read(tmp_path), up=(0.0, 0.0, 1.0), metric=True)
+    scene = make_mesh_scene(made.read(tmp_path), up=(0.0, 0.0, 1.0), metric=True)
     lengths = [row[1:] for row in fact_rows(scene)["edge_length"]]
     assert len(lengths) == 12
     step = 1.2 / most

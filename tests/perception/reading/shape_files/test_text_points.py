@@ -14,7 +14,7 @@ from facetlog.perception.types import FloatArray
 
 def read(name: str, content: bytes) -> PointTable:
     shape = ShapeFile(Path(name), "cloud", Limits(points=100))
-    return text_points.points_from_text(shape, content)
+    return text_points.read_text_points(shape, content)
 
 
 ROWS = np.arange(40.0 * 6).reshape(40, 6)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.shapes.clouds.all_sides import covers_all_sides, least_hidden
+from facetlog.perception.shapes.clouds.all_sides import compute_least_hidden, covers_all_sides
 from tests.perception.shapes.sampled_shapes import box_points, turned
 
 NOISE = 0.005
@@ -42,5 +42,5 @@ def test_a_thin_top_on_thin_legs_goes_all_round_though_it_hides_little() -> None
     ]
     table = turned(np.concatenate([top, *legs]))
     apart = float(np.sqrt(0.6 / 16_000))
-    assert least_hidden(table, noise=NOISE, spacing=apart) == pytest.approx(0.02, abs=0.01)
+    assert compute_least_hidden(table, noise=NOISE, spacing=apart) == pytest.approx(0.02, abs=0.01)
     assert covers_all_sides(table, noise=NOISE, spacing=apart)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
+from facetlog.perception.shapes.clouds.cloud_levels import find_levels_by_height
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import boxes_points
 
@@ -27,7 +27,7 @@ def found(points: FloatArray, area: float, up: FloatArray = Z, unit: float = 1.0
     """Mean heights of the levels of points on so much surface, of which none is known."""
     nothing = np.zeros(len(points), dtype=bool)
     spacing = unit * float(np.sqrt(area / len(points)))
-    every = levels_by_height(points, up, nothing, noise=unit * NOISE, spacing=spacing)
+    every = find_levels_by_height(points, up, nothing, noise=unit * NOISE, spacing=spacing)
     return [float((points[rows] @ up).mean()) for rows in every]
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, least_squares_plane
+from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, fit_least_squares_plane
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
     box_points,
@@ -62,7 +62,7 @@ def test_warped_sheet_is_one_plane_whose_error_has_the_warp() -> None:
     # the plane takes 6 / π² of a sine's variance, as its slope
     rms = np.hypot(0.006 * np.sqrt((1.0 - 6.0 / np.pi**2) / 2.0), 0.001)
     assert found.planes[0].rms == pytest.approx(rms, rel=0.1)
-    even, _ = least_squares_plane(np.column_stack([flat, rng.normal(0.0, rms, 8000)]))
+    even, _ = fit_least_squares_plane(np.column_stack([flat, rng.normal(0.0, rms, 8000)]))
     warped_sd = np.sqrt(np.trace(found.planes[0].plane.cov[:3, :3]))
     # neighbours err together: the normal is much less sure than 8,000 errors of that size make it
     assert warped_sd > 3.0 * np.sqrt(np.trace(even.cov[:3, :3]))
@@ -74,7 +74,7 @@ def test_covariance_is_honest_over_many_planes() -> None:
     for _ in range(runs):
         flat = rng.uniform(-1.0, 1.0, (300, 2)) * [2.0, 0.7] + 5.0
         points = np.column_stack([flat, rng.normal(0.0, 0.02, 300)])
-        plane, _ = least_squares_plane(points)
+        plane, _ = fit_least_squares_plane(points)
         sign = np.sign(plane.normal[2])
         error = np.array([*(sign * plane.normal), sign * plane.offset]) - [0.0, 0.0, 1.0, 0.0]
         total += float(error @ np.linalg.pinv(plane.cov, rcond=1e-10) @ error)

@@ -6,7 +6,7 @@ import pytest
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 from facetlog.perception.shapes.regions.floor_and_walls import FROM_FLOOR, HELD_OTHERWISE
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
@@ -36,7 +36,7 @@ def table(count: int = 20_000, noise: float = 0.0) -> FloatArray:
 @pytest.mark.slow
 def test_box_has_eight_corners_twelve_edges_and_looks_outwards(noise: float) -> None:
     points = turned(box_points(SIZE, 12_000, noise=noise))
-    scene = scene_of_cloud(Cloud.of(points))
+    scene = make_cloud_scene(Cloud.of(points))
     assert len(scene.faces) == 6
     assert all(len(face.outline) == 4 for face in scene.faces)
     assert len({vertex for face in scene.faces for vertex in face.outline}) == 8
@@ -53,7 +53,7 @@ def test_points_in_the_air_beside_an_edge_do_not_widen_the_object() -> None:
     points = box_points(SIZE, 6000, noise=0.002)
     # flying points as depth sensors make them: few, close together, off an edge
     cluster = np.array([SIZE[0] + 0.08, 0.5, 0.5]) + rng.normal(0.0, 0.01, (12, 3))
-    clean, flying = (scene_of_cloud(Cloud.of(p)) for p in (points, np.vstack([points, cluster])))
+    clean, flying = (make_cloud_scene(Cloud.of(p)) for p in (points, np.vstack([points, cluster])))
     assert len(clean.faces) == len(flying.faces) == 6
     assert np.ptp(flying.points, axis=0) == pytest.approx(np.ptp(clean.points, axis=0), abs=0.02)
 
@@ -75,7 +75,7 @@ def floor_and_boxes() -> FloatArray:
 
 
 def test_up_is_found_from_the_floor_and_boxes_on_it_are_two_objects() -> None:
-    scene = scene_of_cloud(Cloud.of(turned(floor_and_boxes(), 4)))
+    scene = make_cloud_scene(Cloud.of(turned(floor_and_boxes(), 4)))
     up = turned(Z[None], 4)[0]
     assert scene.up is not None
     assert float(scene.up @ up) > 0.9999
@@ -123,7 +123,7 @@ def checked_box(scene: Scene) -> None:
 @pytest.mark.parametrize("count", [1, 10, 100])
 def test_strays_change_no_floor_and_no_box(count: int, place: str) -> None:
     points = np.vstack([box_on_a_floor(), strays(count, place)])
-    scene = scene_of_cloud(Cloud.of(points), up=Z)
+    scene = make_cloud_scene(Cloud.of(points), up=Z)
     checked_box(scene)
     if place == "far":
         assert scene.warnings == (
@@ -148,7 +148,7 @@ def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
     box = box_points((0.8, 0.6, 0.5), 2000, sides=("-x", "+x", "-y", "+y", "+z"))
     points = np.vstack([*room, box])
     points += rng.normal(0.0, 0.002, points.shape)
-    scene = scene_of_cloud(Cloud.of(turned(points, 5)), up=turned(Z[None], 5)[0])
+    scene = make_cloud_scene(Cloud.of(turned(points, 5)), up=turned(Z[None], 5)[0])
     assert [len(body.faces) for body in scene.bodies] == [5]
     around = set(range(len(scene.faces))) - set(scene.bodies[0].faces)
     assert len(around) == walls + 1
@@ -159,7 +159,7 @@ def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
 @pytest.mark.slow
 def test_up_is_not_known_where_nothing_is_a_floor() -> None:
     for points in (box_points(SIZE, 4000, noise=0.01), table(6000, noise=0.002)):
-        scene = scene_of_cloud(Cloud.of(points))
+        scene = make_cloud_scene(Cloud.of(points))
         assert scene.up is None
         assert scene.warnings == ()
 
@@ -168,7 +168,7 @@ def test_up_is_that_of_the_cameras_where_there_is_no_floor() -> None:
     ups = np.array([[0.0, -1.0, 0.1], [0.1, -1.0, 0.0], [0.0, -1.0, -0.1]])
     ups /= np.linalg.norm(ups, axis=1)[:, None]
     points = box_points(SIZE, 4000, noise=0.01)
-    scene = scene_of_cloud(Cloud.of(points, camera_ups=ups))
+    scene = make_cloud_scene(Cloud.of(points, camera_ups=ups))
     assert scene.up is not None
     assert float(scene.up @ -Y) > 0.99
     assert any("cameras" in said for said in scene.warnings)
@@ -177,11 +177,11 @@ def test_up_is_that_of_the_cameras_where_there_is_no_floor() -> None:
 @pytest.mark.slow
 def test_a_floor_goes_before_cameras_that_look_straight_down() -> None:
     # along z their up lies in the floor
-    down = scene_of_cloud(Cloud.of(floor_and_boxes(), camera_ups=np.tile(-Y, (3, 1))))
+    down = make_cloud_scene(Cloud.of(floor_and_boxes(), camera_ups=np.tile(-Y, (3, 1))))
     assert down.up is not None
     assert float(down.up @ Z) > 0.9999
     assert HELD_OTHERWISE in down.warnings
-    upright = scene_of_cloud(Cloud.of(floor_and_boxes(), camera_ups=np.tile(Z, (3, 1))))
+    upright = make_cloud_scene(Cloud.of(floor_and_boxes(), camera_ups=np.tile(Z, (3, 1))))
     assert upright.up is not None
     assert float(upright.up @ Z) > 0.9999
     assert FROM_FLOOR in upright.warnings
@@ -192,8 +192,8 @@ def test_single_sheet_looks_to_where_it_was_seen_from(side: float) -> None:
     rng = np.random.default_rng(0)
     points = rectangle(rng, 2000, np.zeros(3), X, Y)
     seen = np.tile(side * 5.0 * Z, (2000, 1))
-    by_place = scene_of_cloud(Cloud.of(points, seen_from=seen))
-    by_normal = scene_of_cloud(Cloud.of(points, normals=np.sign(seen)))
+    by_place = make_cloud_scene(Cloud.of(points, seen_from=seen))
+    by_normal = make_cloud_scene(Cloud.of(points, normals=np.sign(seen)))
     for scene in (by_place, by_normal):
         assert len(scene.faces) == 1
         assert float(scene.faces[0].plane.normal @ Z) == pytest.approx(side)
@@ -203,7 +203,7 @@ def test_window_is_a_hole_in_its_wall() -> None:
     rng = np.random.default_rng(0)
     wall = rectangle(rng, 12_000, np.zeros(3), 3.0 * X, 2.0 * Z)
     window = (np.abs(wall[:, 0] - 1.5) < 0.5) & (np.abs(wall[:, 2] - 1.0) < 0.4)
-    scene = scene_of_cloud(Cloud.of(wall[~window]))
+    scene = make_cloud_scene(Cloud.of(wall[~window]))
     (face,) = scene.faces
     assert len(face.outline) == 4
     assert len(face.holes) == 1
@@ -216,7 +216,7 @@ def test_window_is_a_hole_in_its_wall() -> None:
 @pytest.mark.parametrize("count", [250, 320])
 def test_a_block_strewn_so_thinly_that_one_looks_through_it_is_not_whole(count: int) -> None:
     for seed in range(4):
-        scene = scene_of_cloud(Cloud.of(box_points(SIZE, count, seed=seed)), up=Z)
+        scene = make_cloud_scene(Cloud.of(box_points(SIZE, count, seed=seed)), up=Z)
         assert len(scene.faces) == 6 or not fact_rows(scene, {"whole"})["whole"]
 
 
@@ -230,10 +230,10 @@ def test_an_empty_room_in_metres_is_no_thing(walls: int) -> None:
         [rectangle(rng, 3000, 0.0 * X, a, b), *(rectangle(rng, 3000, *each) for each in sheets)]
     )
     points += rng.normal(0.0, 0.002, points.shape)
-    scene = scene_of_cloud(Cloud.of(points), up=Z, metric=True)
+    scene = make_cloud_scene(Cloud.of(points), up=Z, metric=True)
     assert len(scene.faces) == walls + 1
     assert not any(body.faces for body in scene.bodies)
     # of a carton of the same shape nobody says so
-    carton = scene_of_cloud(Cloud.of(points / 4.0), up=Z, metric=True)
+    carton = make_cloud_scene(Cloud.of(points / 4.0), up=Z, metric=True)
     assert any(body.faces for body in carton.bodies)
     assert not fact_rows(scene, {"thing_size"}).get("thing_size")

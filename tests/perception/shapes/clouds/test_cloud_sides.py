@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle
 
@@ -80,7 +80,7 @@ NORMALS: dict[str, Callable[[FloatArray, FloatArray, FloatArray], FloatArray]] =
 def test_normals_of_any_orientation_leave_a_box_as_it_is(case: str) -> None:
     points, is_box = on_a_floor("-x", "+x", "-y", "+y", "+z")
     normals = NORMALS[case](points, is_box, true_normals(points, is_box))
-    assert_box_looks_outwards(scene_of_cloud(Cloud.of(points, normals=normals), up=UP))
+    assert_box_looks_outwards(make_cloud_scene(Cloud.of(points, normals=normals), up=UP))
 
 
 @pytest.mark.parametrize(
@@ -91,10 +91,10 @@ def test_normals_of_any_orientation_leave_a_box_as_it_is(case: str) -> None:
 def test_a_place_that_lines_of_sight_contradict_is_not_believed(
     place: tuple[float, float, float],
 ) -> None:
-    scene = scene_of_cloud(Cloud.of(scan(), sensor_places=[place]), up=UP)
+    scene = make_cloud_scene(Cloud.of(scan(), sensor_places=[place]), up=UP)
     assert_box_looks_outwards(scene)
     stated = Cloud.of(scan(), seen_from=np.tile(place, (len(scan()), 1)))
-    scene = scene_of_cloud(stated, up=UP)
+    scene = make_cloud_scene(stated, up=UP)
     assert place == (0.2, 0.15, 0.1) or len(scene.bodies) == 1
     if place != (0.2, 0.15, 0.1):  # within the box: that is said, and leaves its sides open
         assert_box_looks_outwards(scene)
@@ -102,11 +102,11 @@ def test_a_place_that_lines_of_sight_contradict_is_not_believed(
 
 def test_the_first_place_that_lines_of_sight_allow_is_taken() -> None:
     places = [(0.2, 0.15, -1.0), EYE, (0.0, 0.0, 0.0)]
-    scene = scene_of_cloud(Cloud.of(scan(), sensor_places=places), up=UP)
+    scene = make_cloud_scene(Cloud.of(scan(), sensor_places=places), up=UP)
     (lines,) = scene.sights
     np.testing.assert_allclose(lines.origin, EYE)
     assert scene.warnings == ()
-    refused = scene_of_cloud(Cloud.of(scan(), sensor_places=places[::2]), up=UP)
+    refused = make_cloud_scene(Cloud.of(scan(), sensor_places=places[::2]), up=UP)
     assert not refused.sights
     assert "not seen from (0.2, 0.15, -1) or (0, 0, 0)" in refused.warnings[0]
 
@@ -118,7 +118,7 @@ def test_up_may_be_that_of_the_sensors_pose(in_world: bool) -> None:
     right = np.cross(forward, UP) / np.linalg.norm(np.cross(forward, UP))
     axes = np.column_stack([right, np.cross(forward, right), forward])
     cloud = Cloud.of((scan() - EYE) @ axes, sensor_places=[EYE, np.zeros(3)], world_axes=axes)
-    scene = scene_of_cloud(cloud, up=UP if in_world else UP @ axes)
+    scene = make_cloud_scene(cloud, up=UP if in_world else UP @ axes)
     assert scene.up is not None
     np.testing.assert_allclose(scene.up, UP @ axes, atol=1e-9)
     np.testing.assert_allclose(scene.sights[0].origin, np.zeros(3), atol=1e-9)

@@ -5,10 +5,10 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.flat_faces import compute_vector_area
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
-from facetlog.perception.shapes.clouds.cloud_outlines import covered_area
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.clouds.cloud_outlines import find_covered_area
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle
 
@@ -26,7 +26,7 @@ def square(noise: float, *, side: float = 0.6, seed: int = 0) -> FloatArray:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_noise_does_not_widen_an_area(noise: float, seed: int) -> None:
     flat = square(noise, seed=seed)
-    areas, _ = covered_area(flat, np.full(len(flat), SPACING), noise)
+    areas, _ = find_covered_area(flat, np.full(len(flat), SPACING), noise)
     assert len(areas) == 1
     assert areas[0].area == pytest.approx(0.36, rel=0.07)
 
@@ -47,10 +47,12 @@ def test_noise_that_grows_with_distance_leaves_a_box_its_faces() -> None:
     upper = ("-x", "+x", "-y", "+y", "+z")
     box = box_points((0.4, 0.3, 0.25), 1700, sides=upper) - [0.2, 0.15, 0.0]
     points = noisy_with_distance(on_floor(box, 13_000), np.array([2.0, -1.5, 1.5]), 0.002)
-    scene = scene_of_cloud(Cloud.of(points), up=Z)
+    scene = make_cloud_scene(Cloud.of(points), up=Z)
     assert len(scene.bodies) == 1
     faces = [scene.faces[i] for i in scene.bodies[0].faces]
-    areas = [float(f.plane.normal @ vector_area(scene.points[list(f.outline)])) for f in faces]
+    areas = [
+        float(f.plane.normal @ compute_vector_area(scene.points[list(f.outline)])) for f in faces
+    ]
     assert sorted(areas) == pytest.approx([0.075, 0.075, 0.1, 0.1, 0.12], rel=0.1)
 
 
@@ -58,7 +60,7 @@ def test_a_wide_ground_with_dense_noisy_points_takes_little_memory() -> None:
     rng = np.random.default_rng(3)
     near, far = rng.uniform(0.0, 0.14, (20_000, 2)), rng.uniform(-20.0, 20.0, (400, 2))
     tracemalloc.start()
-    areas, _ = covered_area(np.concatenate([near, far]), np.full(20_400, 0.001), 0.002)
+    areas, _ = find_covered_area(np.concatenate([near, far]), np.full(20_400, 0.001), 0.002)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert areas[0].area == pytest.approx(0.14**2, rel=0.1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.scene import Plane
-from facetlog.perception.shapes.clouds.cloud_scene import off_faces
+from facetlog.perception.shapes.clouds.cloud_scene import find_points_off_faces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 
 NOISE = 0.01
@@ -30,11 +30,13 @@ def test_points_within_the_noise_of_a_face_are_its_own(
     place: tuple[float, float, float], off: bool
 ) -> None:
     points, own = np.array([place]), np.array([0])
-    assert off_faces(points, own, [FACE], noise=NOISE, spacing=SPACING).tolist() == [off]
+    assert find_points_off_faces(points, own, [FACE], noise=NOISE, spacing=SPACING).tolist() == [
+        off
+    ]
 
 
 def test_a_face_noisier_than_the_cloud_explains_its_own_noise() -> None:
     points, own = np.array([[0.1, 0.1, 0.12], [0.1, 0.1, 0.18]]), np.array([0, 0])
     noisy = replace(FACE, noise=3.0 * NOISE)
-    off = off_faces(points, own, [noisy], noise=NOISE, spacing=SPACING)
+    off = find_points_off_faces(points, own, [noisy], noise=NOISE, spacing=SPACING)
     assert off.tolist() == [False, True]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
-from facetlog.perception.shapes.clouds.cloud_scene import scan_sights
+from facetlog.perception.shapes.clouds.cloud_scene import make_scan_sights
 from facetlog.perception.types import FloatArray
 
 EYE = np.array([0.0, 0.0, 5.0])
@@ -20,13 +20,13 @@ def scan(points: FloatArray, *eyes: FloatArray) -> Cloud:
 
 
 def test_a_scan_without_a_place_has_no_lines_of_sight() -> None:
-    assert scan_sights(Cloud.of(wall(0.0))) == ()
+    assert make_scan_sights(Cloud.of(wall(0.0))) == ()
     unknown = np.full((900, 3), np.nan)
-    assert scan_sights(Cloud.of(wall(0.0), seen_from=unknown)) == ()
+    assert make_scan_sights(Cloud.of(wall(0.0), seen_from=unknown)) == ()
 
 
 def test_they_end_at_points_of_the_scan() -> None:
-    (lines,) = scan_sights(scan(wall(0.0), EYE))
+    (lines,) = make_scan_sights(scan(wall(0.0), EYE))
     assert lines.view is None
     np.testing.assert_allclose(lines.origin, EYE)
     apart = np.linalg.norm(lines.ends[:, None] - wall(0.0), axis=-1).min(axis=1)
@@ -36,5 +36,5 @@ def test_they_end_at_points_of_the_scan() -> None:
 
 def test_what_lies_behind_other_points_is_left_out() -> None:
     both = np.concatenate([wall(0.0), wall(-1.0) * [1.2, 1.2, 1.0]])
-    (lines,) = scan_sights(scan(both, EYE))
+    (lines,) = make_scan_sights(scan(both, EYE))
     assert (lines.ends[:, 2] > -0.5).mean() > 0.95

@@ -8,7 +8,7 @@ from facetlog.kb.recognize import open_knowledge_base
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.clouds.cloud_scene import SENSOR_WITHIN, scene_of_cloud
+from facetlog.perception.shapes.clouds.cloud_scene import SENSOR_WITHIN, make_cloud_scene
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle
 
@@ -18,7 +18,7 @@ OPEN_BELOW = ("-x", "+x", "-y", "+y", "+z")
 
 def seen(points: FloatArray, *eye: float) -> Scene:
     seen_from = np.tile(np.array(eye), (len(points), 1))
-    return scene_of_cloud(Cloud.of(points, seen_from=seen_from), up=UP, metric=True)
+    return make_cloud_scene(Cloud.of(points, seen_from=seen_from), up=UP, metric=True)
 
 
 def on_a_floor() -> FloatArray:

@@ -5,7 +5,7 @@ import trimesh
 
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 
 __all__ = ["Point", "block", "scene_of", "table", "together"]
 
@@ -31,4 +31,4 @@ def table(x: float = 0.0, y: float = 0.0, overlap: float = 0.0) -> trimesh.Trime
 
 
 def scene_of(made: trimesh.Trimesh, up: object = (0, 0, 1), *, metric: bool = True) -> Scene:
-    return scene_of_mesh(Mesh.of(made.vertices, made.faces), up=np.asarray(up), metric=metric)
+    return make_mesh_scene(Mesh.of(made.vertices, made.faces), up=np.asarray(up), metric=metric)

@@ -11,8 +11,8 @@ from facetlog.perception.shapes.meshes import mesh_scene
 from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh
 from facetlog.perception.shapes.meshes.mesh_scene import (
     MANY_PARTS,
-    scene_of_mesh,
-    without_loose_strips,
+    drop_loose_strips,
+    make_mesh_scene,
 )
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -39,7 +39,7 @@ def _among_slivers(count: int, width: float, length: float = 0.02) -> Mesh:
 
 
 def _scene(mesh: Mesh) -> Scene:
-    return scene_of_mesh(mesh, up=UP, metric=True)
+    return make_mesh_scene(mesh, up=UP, metric=True)
 
 
 def test_a_block_among_thousands_of_slivers_is_a_block() -> None:
@@ -52,7 +52,7 @@ def test_a_block_among_thousands_of_slivers_is_a_block() -> None:
 
 
 def test_wide_loose_triangles_are_kept_until_they_are_too_many() -> None:
-    kept = without_loose_strips(clean_mesh(_among_slivers(MANY_PARTS + 10, 0.1, 0.4)))
+    kept = drop_loose_strips(clean_mesh(_among_slivers(MANY_PARTS + 10, 0.1, 0.4)))
     assert len(kept.triangles) == MANY_PARTS + 10 + 12
     with pytest.raises(InputError, match=r"dirty.ply: falls into 10,011 parts that share no"):
         _scene(_among_slivers(10_010, 0.1, 0.4))

@@ -11,10 +11,10 @@ from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.most_faces import MOST_FACES
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.mesh_scene import MOST_OBJECTS, scene_of_mesh
-from facetlog.perception.surfaces.contacts import side_contacts
+from facetlog.perception.shapes.meshes.mesh_scene import MOST_OBJECTS, make_mesh_scene
+from facetlog.perception.surfaces.contacts import find_side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json
+from facetlog.perception.surfaces.scene_file import decode_scene, encode_scene
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.meshes.made_meshes import block, scene_of, table
 
@@ -33,7 +33,7 @@ def areas(scene: Scene) -> FloatArray:
 
 
 def bends_of(scene: Scene) -> list[float]:
-    turns: list[float] = np.rad2deg(side_contacts(FaceTable.of(scene)).turn).tolist()
+    turns: list[float] = np.rad2deg(find_side_contacts(FaceTable.of(scene)).turn).tolist()
     return turns
 
 
@@ -75,7 +75,7 @@ def test_a_cuboid_stays_one_however_its_triangles_are_kept(spoilt: str) -> None:
         vertices = vertices[triangles].reshape(-1, 3)
         vertices = vertices + rng.normal(size=vertices.shape) * 1e-8
         triangles = np.arange(len(vertices)).reshape(-1, 3)
-    scene = scene_of_mesh(Mesh.of(vertices, triangles))
+    scene = make_mesh_scene(Mesh.of(vertices, triangles))
     assert areas(scene) == pytest.approx([2, 2, 3, 3, 6, 6], rel=1e-5)
     assert bends_of(scene) == pytest.approx([90.0] * 12, abs=1e-3)
 
@@ -96,7 +96,7 @@ def test_a_frame_scale_and_order_do_not_matter() -> None:
     order = rng.permutation(len(made.faces))
     turned = made.vertices @ rotation.T * 1000.0 + 1e5
     before = scene_of(made)
-    after = scene_of_mesh(Mesh.of(turned, made.faces[order]), up=rotation @ np.array(UP))
+    after = make_mesh_scene(Mesh.of(turned, made.faces[order]), up=rotation @ np.array(UP))
     assert areas(after) / 1e6 == pytest.approx(areas(before), rel=1e-4)
     assert sorted(bends_of(after)) == pytest.approx(sorted(bends_of(before)), abs=0.01)
 
@@ -107,7 +107,7 @@ def sheets(sides: tuple[float, float, float], *left_out: int) -> Scene:
     keep = np.ones(len(made.faces), dtype=bool)
     for side in left_out:
         keep &= made.face_normals[:, 2] != (-1.0, 1.0)[side]
-    return scene_of_mesh(Mesh.of(made.vertices, made.faces[keep][:, ::-1]), up=np.array(UP))
+    return make_mesh_scene(Mesh.of(made.vertices, made.faces[keep][:, ::-1]), up=np.array(UP))
 
 
 def upwards(scene: Scene) -> list[float]:
@@ -120,7 +120,7 @@ def test_a_tray_of_single_sheets_has_an_inside_too() -> None:
 
 def test_a_single_sheet_has_an_upper_and_a_lower_face() -> None:
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    scene = scene_of_mesh(Mesh.of(corners, [(0, 1, 2), (0, 2, 3)]), up=np.array(UP))
+    scene = make_mesh_scene(Mesh.of(corners, [(0, 1, 2), (0, 2, 3)]), up=np.array(UP))
     assert upwards(scene) == [-1, 1]
     assert areas(scene) == pytest.approx([1.0, 1.0])
 
@@ -146,7 +146,7 @@ def grid(bow: float) -> Mesh:
 
 
 def test_a_bowed_seat_is_a_face_whose_plane_is_less_sure() -> None:
-    flat, bowed = (scene_of_mesh(grid(bow), up=np.array(UP)) for bow in (0.0, 0.06))
+    flat, bowed = (make_mesh_scene(grid(bow), up=np.array(UP)) for bow in (0.0, 0.06))
     assert upwards(flat) == upwards(bowed) == [-1, 1]
     tilt_sds = [
         np.sqrt(np.linalg.eigvalsh(s.faces[0].plane.cov[:3, :3])[-1]) for s in (flat, bowed)
@@ -161,7 +161,7 @@ def test_a_face_in_pieces_that_touch_without_shared_corners_is_one() -> None:
     left = [(0, 0, 0), (1, 0, 0), (1, 2, 0), (0, 2, 0)]
     right = [(1, -0.5, 0), (2, -0.5, 0), (2, 1.3, 0), (1, 1.3, 0)]
     quads = [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)]
-    scene = scene_of_mesh(Mesh.of([*left, *right], quads))
+    scene = make_mesh_scene(Mesh.of([*left, *right], quads))
     assert areas(scene) == pytest.approx([3.8, 3.8], rel=1e-3)
 
 
@@ -170,7 +170,7 @@ def test_a_frame_has_a_face_with_a_hole() -> None:
     inner = [(1, 1, 0), (3, 1, 0), (3, 2, 0), (1, 2, 0)]
     sides = [(i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i) for i in range(4)]
     triangles = [(a, b, c) for a, b, c, _ in sides] + [(a, c, d) for a, _, c, d in sides]
-    scene = scene_of_mesh(Mesh.of([*outer, *inner], triangles))
+    scene = make_mesh_scene(Mesh.of([*outer, *inner], triangles))
     assert [(len(f.outline), len(f.holes[0])) for f in scene.faces] == [(4, 4), (4, 4)]
     assert areas(scene) == pytest.approx([10.0, 10.0])
 
@@ -190,9 +190,9 @@ def slivers_on_a_box(count: int, size: float, seed: int = 0) -> Mesh:
 
 def test_the_scene_of_loose_slivers_can_be_read_and_says_that_they_enclose_nothing() -> None:
     # of this one two faces would have holes across their outlines
-    scene = scene_of_mesh(slivers_on_a_box(400, 0.08), up=(0, 0, 1), metric=True)
+    scene = make_mesh_scene(slivers_on_a_box(400, 0.08), up=(0, 0, 1), metric=True)
     assert any(face.holes for face in scene.faces)
-    assert len(scene_from_json(scene_to_json(scene)).faces) == len(scene.faces)
+    assert len(decode_scene(encode_scene(scene)).faces) == len(scene.faces)
     assert not any(body.whole for body in scene.bodies)
     (said,) = scene.warnings
     assert said.startswith("400 of 400 triangles, 100.0% of the surface, share no corner")
@@ -202,5 +202,5 @@ def test_more_loose_objects_than_are_judged_are_refused() -> None:
     with pytest.raises(
         InputError, match=r"^slivers.ply: falls into 2,\d{3} objects, at most 2,000"
     ):
-        scene_of_mesh(slivers_on_a_box(2_200, 4.0))
+        make_mesh_scene(slivers_on_a_box(2_200, 4.0))
     assert MOST_OBJECTS == MOST_FACES

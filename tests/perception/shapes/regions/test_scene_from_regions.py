@@ -6,14 +6,16 @@ import pytest
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import MOST_FACES, assemble_scene
-from facetlog.perception.surfaces.exact_solids.polyhedra import plane_through
+from facetlog.perception.surfaces.exact_solids.polyhedra import fit_plane_through_loop
 
 NOTHING = Rest(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
 
 
 def square(x: float, y: float, side: float = 1.0, *, body: int = 0, sd: float = 0.0) -> FlatRegion:
     corners = [(x, y, 0.0), (x + side, y, 0.0), (x + side, y + side, 0.0), (x, y + side, 0.0)]
-    return FlatRegion(plane_through(corners, max(sd, 1e-6)), np.array(corners), (), sd, body)
+    return FlatRegion(
+        fit_plane_through_loop(corners, max(sd, 1e-6)), np.array(corners), (), sd, body
+    )
 
 
 def assembled(*regions: FlatRegion, rest: Rest = NOTHING) -> Scene:

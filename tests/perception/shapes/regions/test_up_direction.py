@@ -5,7 +5,7 @@ import pytest
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 from facetlog.perception.shapes.regions.floor_and_walls import FacedSurface, find_up
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle, turned
@@ -50,7 +50,7 @@ TABLE = np.concatenate([legs(1.0, 0.6, 0.7, 0.07), blocks(((1.2, 0.8, 0.05), (-0
 
 def found_up(points: FloatArray, seed: int) -> FloatArray | None:
     noisy = points + np.random.default_rng(1).normal(0.0, 0.002, points.shape)
-    up = scene_of_cloud(Cloud.of(turned(noisy, seed))).up
+    up = make_cloud_scene(Cloud.of(turned(noisy, seed))).up
     return None if up is None else up @ turned(np.eye(3), seed).T
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Patch, Scene, Vertex
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.surfaces.drawing.thumbnail import contact_sheet, thumbnail
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
@@ -57,9 +57,9 @@ def _dark(scene: Scene) -> int:
 def test_of_a_sheet_only_the_side_is_drawn_that_is_looked_at(seed: int) -> None:
     made = trimesh.creation.box((3.0, 2.0, 1.0))
     turned = np.array(Rotation.random(rng=seed).apply(made.vertices)) + 0.1
-    whole = scene_of_mesh(Mesh.of(turned, made.faces), up=[0, 0, 1])
+    whole = make_mesh_scene(Mesh.of(turned, made.faces), up=[0, 0, 1])
     # far from closed: each side of the block is a sheet with two sides
-    sheets = scene_of_mesh(Mesh.of(turned, made.faces[:8]), up=[0, 0, 1])
+    sheets = make_mesh_scene(Mesh.of(turned, made.faces[:8]), up=[0, 0, 1])
     assert len(sheets.faces) > len(whole.faces)
     # no zigzags: outlines are as long as those of the whole, or less
     assert 0 < _dark(sheets) < 1.5 * _dark(whole)

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.surfaces.drawing.upright import turned_pixel, upright
+from facetlog.perception.surfaces.drawing.upright import turn_pixel, upright
 from facetlog.perception.types import Camera, FloatArray, View
-from facetlog.robot.tour import looking_at
+from facetlog.robot.tour import make_pose_looking_at
 
 UP = np.array([0.0, 0.0, 1.0])
 CAMERA = Camera(40, 30, 31.0, 29.0, 18.0, 15.5)
@@ -18,7 +18,7 @@ CAMERA = Camera(40, 30, 31.0, 29.0, 18.0, 15.5)
 
 def held(quarters: int, roll_deg: float = 0.0) -> View:
     """A view from the side whose camera is rotated about its line of sight, clockwise."""
-    pose = looking_at([3.0, 1.0, 1.5], [0.0, 0.0, 0.5])
+    pose = make_pose_looking_at([3.0, 1.0, 1.5], [0.0, 0.0, 0.5])
     about = Rotation.from_euler("z", 90 * quarters + roll_deg, degrees=True).as_matrix()
     image = np.arange(30 * 40, dtype=np.uint16).reshape(30, 40).astype(np.uint8)
     return View("a.png", image, CAMERA, replace(pose, rotation=pose.rotation @ about))
@@ -40,13 +40,13 @@ def test_up_is_up_and_all_lies_where_it_lay(
     assert y < -abs(x)
     point = np.array(place)
     np.testing.assert_allclose(
-        pixel(shown, point), turned_pixel(pixel(view, point), view, turns), atol=1e-9
+        pixel(shown, point), turn_pixel(pixel(view, point), view, turns), atol=1e-9
     )
-    column, row = turned_pixel(np.array([7.0, 11.0]), view, turns).astype(int)
+    column, row = turn_pixel(np.array([7.0, 11.0]), view, turns).astype(int)
     assert shown.image[row, column] == view.image[11, 7]
 
 
 @pytest.mark.parametrize("up", [None, UP])
 def test_what_is_not_known_to_lie_is_left_as_it_is(up: FloatArray | None) -> None:
-    above = replace(held(0), pose=looking_at([0.01, 0.0, 3.0], [0.0, 0.0, 0.0]))
+    above = replace(held(0), pose=make_pose_looking_at([0.01, 0.0, 3.0], [0.0, 0.0, 0.0]))
     assert upright(above, up) == (above, 0)

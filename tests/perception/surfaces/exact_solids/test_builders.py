@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.facts.all_facts import scene_facts
-from facetlog.perception.facts.fact_schema import fact_fault
+from facetlog.perception.facts.fact_schema import check_fact
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 
@@ -89,7 +89,7 @@ def test_every_builder_without_sizes_is_one_thing_with_sound_facts(name: str) ->
     scene = build(name, {})
     assert scene.name == name
     facts = scene_facts(scene)
-    assert [fault for fact in facts if (fault := fact_fault(fact))] == []
+    assert [fault for fact in facts if (fault := check_fact(fact))] == []
     count = Counter(fact.functor for fact in facts)
     assert count["thing"] == 1
     assert count["face"] == len(scene.faces)
@@ -146,7 +146,7 @@ def test_any_size_is_built_or_refused(name: str, data: st.DataObject) -> None:
         scene = build(name, arguments)
     except ValueError:
         assume(False)
-    assert [fault for fact in scene_facts(scene) if (fault := fact_fault(fact))] == []
+    assert [fault for fact in scene_facts(scene) if (fault := check_fact(fact))] == []
     assert volume(scene) > 0 or name == "room_corner"
     for face in scene.faces:
         ring = scene.points[list(face.outline)]

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from facetlog.perception.scene import Body, Face, Patch, Plane, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
-from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
+from facetlog.perception.surfaces.scene_json.scene_checks import find_scene_faults
 
 CUBE = cuboid(0.3, 0.2, 0.1)
 
 
 def _said(scene: Scene) -> list[str]:
-    return [str(fault) for fault in scene_faults(scene)]
+    return [str(fault) for fault in find_scene_faults(scene)]
 
 
 def _with_vertex(index: int, vertex: Vertex) -> Scene:

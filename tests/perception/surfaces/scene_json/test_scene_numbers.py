@@ -15,7 +15,7 @@ from facetlog.perception.scene import (
     Vertex,
 )
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.scene_json.scene_checks import LARGEST, LEAST, number_faults
+from facetlog.perception.surfaces.scene_json.scene_checks import LARGEST, LEAST, iter_number_faults
 from facetlog.perception.types import Camera, Observation, Pose
 
 CUBE = cuboid(0.3, 0.2, 0.1)
@@ -28,7 +28,7 @@ def _with_vertex(vertex: Vertex, *, count: int = 1) -> Scene:
 
 
 def _said(scene: Scene) -> list[str]:
-    return [str(fault) for fault in number_faults(scene)]
+    return [str(fault) for fault in iter_number_faults(scene)]
 
 
 def _skew(off: float) -> np.ndarray:
@@ -52,12 +52,12 @@ def _skew(off: float) -> np.ndarray:
 def test_a_matrix_that_is_no_covariance_is_told_at_its_place(
     cov: np.ndarray, axes: list[int], said: str
 ) -> None:
-    (fault,) = number_faults(_with_vertex(Vertex(CUBE.vertices[3].point, cov)))
+    (fault,) = iter_number_faults(_with_vertex(Vertex(CUBE.vertices[3].point, cov)))
     assert fault.path == "$.vertices[3].cov"
     assert fault.message.startswith(said)
     seen = Observation(0, np.zeros(2), cov[np.ix_(axes, axes)])
     point = Vertex(CUBE.vertices[3].point, SURE, (Observation(0, np.zeros(2), np.eye(2)), seen))
-    (fault,) = number_faults(replace(_with_vertex(point), views=("a.png",)))
+    (fault,) = iter_number_faults(replace(_with_vertex(point), views=("a.png",)))
     assert fault.path == "$.vertices[3].observations[1].cov"
     assert fault.message.startswith(said)
 
@@ -71,7 +71,7 @@ def test_rounding_is_no_fault_and_planes_are_checked_too() -> None:
         (Plane(plane.normal, 1e51, plane.cov), "$.faces[0].plane.offset"),
     ):
         scene = replace(CUBE, faces=(replace(CUBE.faces[0], plane=changed), *CUBE.faces[1:]))
-        assert [fault.path for fault in number_faults(scene)] == [path]
+        assert [fault.path for fault in iter_number_faults(scene)] == [path]
 
 
 @pytest.mark.parametrize("length", [0.0, 2.0, 1e300])
@@ -88,7 +88,7 @@ def test_up_and_normals_of_patches_are_unit_vectors(length: float) -> None:
 @pytest.mark.parametrize(("scale", "place"), [(1e52, "$.vertices[1].point"), (1e-60, "$.vertices")])
 def test_lengths_whose_volumes_no_float_holds_are_told(scale: float, place: str) -> None:
     vertices = tuple(Vertex(v.point * scale, v.cov) for v in CUBE.vertices)
-    fault, *_ = number_faults(replace(CUBE, vertices=vertices))
+    fault, *_ = iter_number_faults(replace(CUBE, vertices=vertices))
     assert fault.path == place
     assert fault.message.endswith("give another unit")
 
@@ -106,7 +106,7 @@ def test_what_is_far_off_is_told_wherever_it_stands() -> None:
         cameras=(Camera(640, 480, beyond, 500.0, 320.0, beyond),),
         poses=(Pose(np.eye(3), far),),
     )
-    assert [fault.path for fault in number_faults(scene)] == [
+    assert [fault.path for fault in iter_number_faults(scene)] == [
         "$.vertices[3].observations[0].uv",
         "$.patches[0].points[0]",
         "$.patches[0].areas[0]",
@@ -121,4 +121,4 @@ def test_what_is_far_off_is_told_wherever_it_stands() -> None:
     ]
     near = Camera(640, 480, LEAST / 10.0, 500.0, 320.0, 240.0)
     posed = replace(CUBE, views=("a.png",), cameras=(near,), poses=(Pose(np.eye(3), np.zeros(3)),))
-    assert [fault.path for fault in number_faults(posed)] == ["$.cameras[0].focal"]
+    assert [fault.path for fault in iter_number_faults(posed)] == ["$.cameras[0].focal"]

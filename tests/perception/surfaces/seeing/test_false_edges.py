@@ -9,7 +9,7 @@ import pytest
 
 from facetlog.perception.scene import Edge, Scene, SeenLattice, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.seeing.false_edges import GroundBeside, without_false_edges
+from facetlog.perception.surfaces.seeing.false_edges import GroundBeside, drop_false_edges
 from facetlog.perception.types import FloatArray
 
 PITCH = 0.01
@@ -64,7 +64,7 @@ def test_a_scene_loses_loose_edges_with_their_vertices_and_no_sides() -> None:
         edges=(*block.edges, Edge(count + 2, count + 3), Edge(count, count + 1)),
         lattices=(lattice(LEG),),
     )
-    found = without_false_edges(scene)
+    found = drop_false_edges(scene)
     assert len(found.vertices) == count + 2
     assert found.edges[:-1] == block.edges
     np.testing.assert_allclose(found.points[[found.edges[-1].start, found.edges[-1].end]], LEG)
@@ -93,4 +93,4 @@ def test_no_edge_is_seen_beneath_ground_that_shows_all_round(
         edges=(*block.edges, Edge(count, count + 1)),
         lattices=(lattice(LEG),),
     )
-    assert len(without_false_edges(scene).edges) == len(block.edges) + kept
+    assert len(drop_false_edges(scene).edges) == len(block.edges) + kept

@@ -9,7 +9,7 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.surfaces.seeing.seen_faces import (
     MOST_POINTS,
     MOST_VIEWS,
-    surfaces_of,
+    make_surfaces,
 )
 
 
@@ -25,7 +25,7 @@ def plate(hole: tuple[float, float] = (1.0, 2.0), side: float = 3.0) -> Scene:
 
 
 def test_points_lie_on_the_face_and_not_in_its_holes() -> None:
-    (surface,) = surfaces_of(plate())
+    (surface,) = make_surfaces(plate())
     x, y, z = surface.points.T
     assert not z.any()
     assert ((x > 0) & (x < 3) & (y > 0) & (y < 3)).all()
@@ -36,12 +36,12 @@ def test_points_lie_on_the_face_and_not_in_its_holes() -> None:
 def test_points_move_with_the_frame() -> None:
     block, turn = cuboid(3.0, 2.0, 1.0), Rotation.from_rotvec([0.3, -0.4, 0.9]).as_matrix()
     there = moved(block, turn, np.array([1.0, 2.0, 3.0]))
-    for one, other in zip(surfaces_of(block), surfaces_of(there), strict=True):
+    for one, other in zip(make_surfaces(block), make_surfaces(there), strict=True):
         np.testing.assert_allclose(one.points @ turn.T + [1.0, 2.0, 3.0], other.points, atol=1e-9)
 
 
 def test_of_many_views_some_are_kept_evenly() -> None:
-    (surface,) = surfaces_of(plate())
+    (surface,) = make_surfaces(plate())
     origins = np.arange(300.0).reshape(100, 3)
     lattice = surface.seen(origins, np.ones((100, len(surface.points)), dtype=np.bool_))
     assert lattice is not None

@@ -10,15 +10,15 @@ from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.seeing.sights import with_sights
+from facetlog.perception.surfaces.seeing.sights import add_sights
 from facetlog.perception.types import FloatArray, Observation, Pose, View
 from facetlog.robot.rendering.worlds import make_world
 from tests.perception.detection.drawings import view as drawn
 from tests.perception.detection.drawings import with_noise
-from tests.rendered import solid_truth, tour
+from tests.rendered import get_solid_truth, tour
 
 UP = np.array([0.0, 0.0, 1.0])
-SOLID = solid_truth(make_world("block"))
+SOLID = get_solid_truth(make_world("block"))
 CORNERS = np.array(SOLID.vertices)
 
 
@@ -83,7 +83,7 @@ def seen(*squares: FloatArray, landmarks: Landmarks | None = None) -> Scene:
     observations = tuple(Observation(k, np.zeros(2), np.eye(2)) for k in range(3))
     vertices = tuple(replace(vertex, observations=observations) for vertex in scene.vertices)
     named = replace(scene, vertices=vertices, views=tuple(view.name for view in views))
-    return with_sights(named, views, (1.0,) * 3, None, landmarks)
+    return add_sights(named, views, (1.0,) * 3, None, landmarks)
 
 
 def test_what_hides_a_face_is_named_with_its_share() -> None:

@@ -25,7 +25,7 @@ def test_nothing_is_written_before_there_is_a_lease_or_after_it_was_given_back()
     assert dead_man.holds
     dead_man.release()
     assert written(dead_man, 5.0, 10.0) == []
-    assert not dead_man.expired(10.0)
+    assert not dead_man.has_expired(10.0)
 
 
 def test_a_driver_that_goes_is_followed_by_stops_until_the_watchdog_has_its_turn() -> None:
@@ -44,9 +44,9 @@ def test_a_lease_that_is_renewed_too_late_is_none() -> None:
     dead_man.hold(1.0, STOP, 0.7)
     assert dead_man.advance(1.0) == STOP
     dead_man.hold(1.05, STOP, 3.5)
-    assert dead_man.expired(3.5)
+    assert dead_man.has_expired(3.5)
     dead_man.hold(3.9, STOP, 3.6)
-    assert not dead_man.expired(3.6)
+    assert not dead_man.has_expired(3.6)
     assert dead_man.advance(3.6) == b""
 
 
@@ -58,11 +58,11 @@ def test_bytes_reach_the_robot_within_a_lease_and_a_stop_does_at_its_end(
     dead_man, now, until = DeadMan(), 0.0, math.inf
     for pause in pauses:
         now += pause
-        assert dead_man.expired(now) == (now >= until)
+        assert dead_man.has_expired(now) == (now >= until)
         assert bool(dead_man.advance(now)) == (now >= until)
         until = now + 0.3
         dead_man.hold(until, STOP, now)
-        assert not dead_man.expired(now)
+        assert not dead_man.has_expired(now)
     assert dead_man.due == until
     assert dead_man.advance(until - 1e-6) == b""
     assert dead_man.advance(until + late) == STOP

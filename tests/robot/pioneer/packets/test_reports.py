@@ -13,7 +13,7 @@ from facetlog.robot.pioneer.packets.reports import (
     Names,
     TruePose,
 )
-from facetlog.robot.pioneer.parameters import MODELS, parameters_of
+from facetlog.robot.pioneer.parameters import MODELS, find_parameters
 from facetlog.robot.pose2 import Pose2
 
 WORDS = st.text("abcdefgh-0123", max_size=10)
@@ -69,17 +69,17 @@ def test_a_true_pose_stands_where_the_simulator_puts_it() -> None:
 
 
 def test_models_are_found_in_any_case_and_keep_their_figures() -> None:
-    assert parameters_of(" P3DX ").distance == pytest.approx(0.485e-3)
-    assert parameters_of("p2dx").angle == 2 * math.pi / 4096
-    assert parameters_of("pion1m").angle == 2 * math.pi / 1024
+    assert find_parameters(" P3DX ").distance == pytest.approx(0.485e-3)
+    assert find_parameters("p2dx").angle == 2 * math.pi / 4096
+    assert find_parameters("pion1m").angle == 2 * math.pi / 1024
     assert MODELS["p3dx"].position_bits == 12
     assert MODELS["pionat"].position_bits == 15
     with pytest.raises(KeyError):
-        parameters_of("roomba")
+        find_parameters("roomba")
 
 
 def test_sonars_of_the_pioneer_2_look_where_its_manual_says() -> None:
-    sonars = parameters_of("p2dx").sonars
+    sonars = find_parameters("p2dx").sonars
     assert len(sonars) == 16
     first, last_front, first_rear = sonars[0], sonars[7], sonars[8]
     assert (first.x, first.y, math.degrees(first.heading)) == (0.115, 0.130, 90)

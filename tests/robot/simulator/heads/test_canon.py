@@ -16,7 +16,7 @@ from facetlog.robot.head.canon import (
     encode_command,
     move,
     parse_answer,
-    position_of,
+    parse_position,
 )
 from facetlog.robot.simulator.heads.canon import MIDDLE_S, SWITCHING_S, CanonHead
 
@@ -46,7 +46,7 @@ class Talk:
     def place(self) -> tuple[int, int]:
         answer = parse_answer(bytes.fromhex(self.ask(WHERE)))
         assert answer.error is CanonError.NONE
-        return position_of(answer.data)
+        return parse_position(answer.data)
 
 
 def ready(model: CanonModel = VC_C4) -> Talk:

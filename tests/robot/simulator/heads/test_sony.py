@@ -13,9 +13,9 @@ from facetlog.robot.head.visca import (
     Fixed,
     Information,
     Inquiry,
-    nibbles,
+    encode_nibbles,
+    parse_position,
     parse_reply,
-    position_of,
     to_bytes,
 )
 from facetlog.robot.simulator.heads.sony import STARTING_S, SonyHead
@@ -46,7 +46,7 @@ class Talk:
         self.hear()
         reply = parse_reply(bytes.fromhex(self.ask("81 09 06 12 FF")))
         assert isinstance(reply, Information)
-        return position_of(reply.data)
+        return parse_position(reply.data)
 
     def angles_deg(self) -> tuple[float, float]:
         pan, tilt, _ = self.head.angles(self.now)
@@ -133,8 +133,8 @@ frames = st.one_of(
         lambda kind, pan_speed, tilt_speed, pan, tilt: (
             bytes([0x81, 1, 6, kind, pan_speed])
             + bytes([tilt_speed])
-            + nibbles(pan)
-            + nibbles(tilt)
+            + encode_nibbles(pan)
+            + encode_nibbles(tilt)
             + b"\xff"
         ),
         st.just(2),
@@ -145,7 +145,7 @@ frames = st.one_of(
     ),
     st.builds(Drive, *(st.sampled_from([-1, 0, 1]),) * 2).map(to_bytes),
     st.sampled_from([*Fixed, *Inquiry]).map(to_bytes),
-    st.integers(-10, 1100).map(lambda zoom: b"\x81\x01\x04\x47" + nibbles(zoom) + b"\xff"),
+    st.integers(-10, 1100).map(lambda zoom: b"\x81\x01\x04\x47" + encode_nibbles(zoom) + b"\xff"),
     st.sampled_from([b"\x81\x01\x04\x00\x02\xff", b"\x81\x01\x04\x00\x03\xff"]),
     st.binary(max_size=20),
 )

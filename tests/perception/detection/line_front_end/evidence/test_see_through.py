@@ -12,7 +12,7 @@ from facetlog.perception.detection.line_front_end.evidence.see_through import Li
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray, View
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.detection.line_front_end.block_rig import CAMERA, DISTANCE
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -20,7 +20,7 @@ PIXEL = DISTANCE / CAMERA.fx
 # The outline, at height 0, and a line so far behind it that views see it at different places.
 SQUARE = np.array([[-6.0, -6.0, 0.0], [6.0, -6.0, 0.0], [6.0, 6.0, 0.0], [-6.0, 6.0, 0.0]])
 BEHIND = np.array([[-2.0, -1.0, -3.0], [2.0, 1.0, -3.0]])
-POSES = ring_poses(np.zeros(3), DISTANCE / 1.4, (DISTANCE / 1.4,), 10)
+POSES = make_ring_poses(np.zeros(3), DISTANCE / 1.4, (DISTANCE / 1.4,), 10)
 
 
 def drawn(lines: Sequence[FloatArray]) -> tuple[View, ...]:

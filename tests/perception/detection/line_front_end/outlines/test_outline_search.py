@@ -10,7 +10,7 @@ from facetlog.perception.detection.line_front_end.outlines.outline_search import
     find_outlines,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.robot.rendering.views import random_similarity
+from facetlog.robot.rendering.views import draw_similarity
 from tests.perception.detection.line_front_end.ideal_lines import (
     HEXAGON,
     L_SHAPE,
@@ -50,7 +50,7 @@ def cloud(segments, pixel=PIXEL):
 @settings(max_examples=8)
 @given(seed=st.integers(0, 10_000), scale=st.sampled_from([1e-3, 1.0, 1e3]))
 def test_the_outline_of_exact_sides_comes_first(shape: str, seed: int, scale: float) -> None:
-    rotation = random_similarity(np.random.default_rng(seed)).rotation
+    rotation = draw_similarity(np.random.default_rng(seed)).rotation
     corners = placed(SHAPES[shape], rotation, scale)
     best = outlines_of(corners, pixel=PIXEL * scale)[0]
     assert same_ring(best.corners, corners, 1e-6 * scale)

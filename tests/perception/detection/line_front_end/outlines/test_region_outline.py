@@ -9,10 +9,10 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.outlines.plane_regions import RegionFinder
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     border,
-    outline_polygon,
-    rough_polygons,
-    without_short_sides,
-    without_straight_corners,
+    fit_outline_polygon,
+    iter_rough_polygons,
+    remove_short_sides,
+    remove_straight_corners,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
     PlaneHypothesis,
@@ -58,7 +58,7 @@ def test_a_region_between_lines_has_its_corners_where_they_cross(name: str) -> N
     true = np.array(SHAPES[name], dtype=float)
     if shapely.Polygon(true).exterior.is_ccw is False:
         true = true[::-1]
-    found = outline_polygon(filled(true), sides(true))
+    found = fit_outline_polygon(filled(true), sides(true))
     assert found is not None
     assert len(found) == len(true)
     away = np.linalg.norm(found[:, None] - true[None], axis=-1).min(axis=0)
@@ -68,7 +68,7 @@ def test_a_region_between_lines_has_its_corners_where_they_cross(name: str) -> N
 @pytest.mark.parametrize("lines", [[], [0, 1, 2]])
 def test_a_side_without_a_line_follows_the_region(lines: list[int]) -> None:
     true = np.array(SHAPES["square"], dtype=float)
-    found = outline_polygon(filled(true), sides(true)[lines].reshape(-1, 2, 2))
+    found = fit_outline_polygon(filled(true), sides(true)[lines].reshape(-1, 2, 2))
     assert found is not None
     overlap = shapely.Polygon(found).symmetric_difference(shapely.Polygon(true)).area
     assert overlap < 0.06 * shapely.Polygon(true).area
@@ -83,7 +83,7 @@ def test_a_frayed_border_has_a_rough_polygon_of_few_sides() -> None:
         if rng.uniform() < 0.15:
             cv2.circle(inside, (int(at[1]), int(at[0])), 2, int(rng.integers(2)), cv2.FILLED)
     ring = border(inside)
-    rough = list(rough_polygons(ring, 40))
+    rough = list(iter_rough_polygons(ring, 40))
     assert min(len(corners) for corners in rough) <= 5
     sizes = [len(corners) for corners in rough]
     assert sizes == sorted(set(sizes), reverse=True)
@@ -95,18 +95,18 @@ def test_a_frayed_border_has_a_rough_polygon_of_few_sides() -> None:
 
 def test_a_blunt_corner_becomes_the_crossing_of_its_sides() -> None:
     blunt = np.array([[0.0, 0], [97, 0], [100, 3], [100, 100], [0, 100]])
-    sharp = without_short_sides(blunt, 5.0)
+    sharp = remove_short_sides(blunt, 5.0)
     assert len(sharp) == 4
     true = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
     assert np.linalg.norm(sharp[:, None] - true[None], axis=-1).min(axis=1).max() < 1e-9
-    np.testing.assert_array_equal(without_short_sides(blunt, 4.0), blunt)
+    np.testing.assert_array_equal(remove_short_sides(blunt, 4.0), blunt)
 
 
 def test_a_corner_within_a_straight_side_is_none() -> None:
     true = np.array(SHAPES["square"], dtype=float)
     split = np.insert(true, 1, (true[0] + 2 * true[1]) / 3 + [0.0, 0.3], axis=0)
-    np.testing.assert_array_equal(without_straight_corners(split, 1.0), true)
-    np.testing.assert_array_equal(without_straight_corners(split, 0.1), split)
+    np.testing.assert_array_equal(remove_straight_corners(split, 1.0), true)
+    np.testing.assert_array_equal(remove_straight_corners(split, 0.1), split)
 
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -17,8 +17,8 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import FloatArray, Pose, View
-from facetlog.robot.rendering.views import random_similarity
-from facetlog.robot.tour import ring_poses, tour_camera
+from facetlog.robot.rendering.views import draw_similarity
+from facetlog.robot.tour import make_ring_poses, tour_camera
 from tests.perception.detection.drawings import view
 from tests.perception.detection.line_front_end.ideal_lines import exact_ends
 from tests.rendered import tour
@@ -26,7 +26,7 @@ from tests.rendered import tour
 PIXEL = 0.01
 DISTANCE = 4.2
 UP = np.array([0.0, 0.0, 1.0])
-VIEWS = [view(pose=p) for p in ring_poses([0.0, 0.0, 0.3], 4.0, (1.0, 2.0), 8)]
+VIEWS = [view(pose=p) for p in make_ring_poses([0.0, 0.0, 0.3], 4.0, (1.0, 2.0), 8)]
 
 
 def grid(height: float, reach: float) -> FloatArray:
@@ -109,7 +109,7 @@ def test_a_plane_goes_down_from_a_side_to_the_ground(h: float, turn: float, lean
     along = np.array([np.cos(turn), np.sin(turn), 0.0])
     out = np.array([-np.sin(turn), np.cos(turn), lean])
     side = np.array([along, 3 * along]) + h * UP
-    ring = LEVEL.down_from(side, out / np.linalg.norm(out))
+    ring = LEVEL.extend_to_ground(side, out / np.linalg.norm(out))
     np.testing.assert_array_equal(ring[:2], side)
     np.testing.assert_allclose(ring[2:, 2], 0.0, atol=1e-9)
     # It lies in the plane, and goes down square to the level side.
@@ -121,11 +121,11 @@ def test_a_plane_goes_down_from_a_side_to_the_ground(h: float, turn: float, lean
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def views_from(elevation: float, rolled: float = 0.0) -> tuple[View, ...]:
+def read_views_from(elevation: float, rolled: float = 0.0) -> tuple[View, ...]:
     """Twelve blank views from a ring that high above the horizon, rolled about their axes."""
     c, s = np.cos(np.deg2rad(rolled)), np.sin(np.deg2rad(rolled))
     roll = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    poses = ring_poses([0.0, 0.0, 0.0], 30.0, (elevation,), 12)
+    poses = make_ring_poses([0.0, 0.0, 0.0], 30.0, (elevation,), 12)
     blank = np.zeros((480, 640), np.uint8)
     return tuple(
         View(f"{k}.png", blank, tour_camera(), Pose(pose.rotation @ roll, pose.centre))
@@ -153,20 +153,20 @@ def degrees_off(up: FloatArray | None) -> float:
 def test_up_is_square_to_what_is_level_and_along_what_is_upright() -> None:
     ways = level_and_upright(12)
     ways += np.random.default_rng(2).normal(scale=0.003, size=ways.shape)
-    found = level_direction(lines(ways), np.ones(len(ways)), views_from(30.0))
+    found = level_direction(lines(ways), np.ones(len(ways)), read_views_from(30.0))
     assert degrees_off(found) < 0.3
 
 
 def test_lines_in_all_directions_tell_nothing() -> None:
     ways = np.random.default_rng(3).normal(size=(200, 3))
-    assert level_direction(lines(ways), np.ones(200), views_from(30.0)) is None
-    assert level_direction(np.zeros((0, 2, 3)), np.zeros(0), views_from(30.0)) is None
+    assert level_direction(lines(ways), np.ones(200), read_views_from(30.0)) is None
+    assert level_direction(np.zeros((0, 2, 3)), np.zeros(0), read_views_from(30.0)) is None
 
 
 @pytest.mark.parametrize("rolled", [90.0, 180.0])
 def test_cameras_that_were_not_held_upright_tell_nothing_above_the_ground(rolled: float) -> None:
     ways = level_and_upright(12)
-    views = views_from(20.0, rolled)
+    views = read_views_from(20.0, rolled)
     found = level_direction(lines(ways), np.ones(len(ways)), views)
     assert found is None or float(found @ UP) < -0.9
     assert not held_up(views, UP)
@@ -174,7 +174,7 @@ def test_cameras_that_were_not_held_upright_tell_nothing_above_the_ground(rolled
 
 @pytest.mark.parametrize("rolled", [0.0, 30.0])
 def test_the_grounds_normal_is_up_if_the_cameras_were_held_so(rolled: float) -> None:
-    views = views_from(20.0, rolled)
+    views = read_views_from(20.0, rolled)
     assert held_up(views, UP)
     assert not held_up(views, np.array([1.0, 0.0, 0.0]))  # a wall
 
@@ -182,7 +182,7 @@ def test_the_grounds_normal_is_up_if_the_cameras_were_held_so(rolled: float) -> 
 @pytest.mark.parametrize("world", ["wedge", "stool"])
 @pytest.mark.slow
 def test_a_scene_in_any_frame_has_the_up_of_its_ground(world: str) -> None:
-    frame = random_similarity(np.random.default_rng(5))
+    frame = draw_similarity(np.random.default_rng(5))
     scene = reconstruct([frame.view(view) for view in tour(world)[::2]], name=world)
     assert scene.up is not None
     assert float(scene.up @ (frame.rotation @ UP)) > np.cos(np.deg2rad(1.0))

@@ -18,7 +18,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.solids import cuboid
-from facetlog.robot.rendering.views import random_similarity
+from facetlog.robot.rendering.views import draw_similarity
 from tests.perception.detection.line_front_end.ideal_lines import (
     PIXEL,
     exact_ends,
@@ -57,7 +57,7 @@ def test_a_block_has_six_planes_of_four_edges() -> None:
 @settings(max_examples=20)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_planes_turn_and_grow_with_the_world(seed: int, scale: float) -> None:
-    frame = random_similarity(np.random.default_rng(seed), scale=scale, reach=2.0)
+    frame = draw_similarity(np.random.default_rng(seed), scale=scale, reach=2.0)
     moved = frame.scale * edges_of(BLOCK) @ frame.rotation.T + frame.shift
     planes = planes_of(moved, np.ones(12), PIXEL * scale)
     assert len(planes) == 6

@@ -4,13 +4,13 @@ import numpy as np
 
 from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
     MIN_CORRELATION,
-    surface_between,
+    find_surface_between,
     texture_correlation,
 )
 from facetlog.perception.detection.line_front_end.planes.texture_planes import texture_planes
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import triangulated
 from facetlog.perception.types import Camera, FloatArray, Pose, View
-from facetlog.robot.tour import ring_poses
+from facetlog.robot.tour import make_ring_poses
 from tests.perception.detection.line_front_end.printed_disc import (
     HEIGHT,
     RADIUS,
@@ -41,7 +41,7 @@ CAMERA = Camera(640, 480, 600.0, 600.0, 319.5, 239.5)
 BLANK = np.zeros((480, 640), np.uint8)
 VIEWS = tuple(
     View(str(k), BLANK, CAMERA, pose)
-    for k, pose in enumerate(ring_poses([0.0, 0.0, 0.0], 3.0, (1.0, 1.4), 8))
+    for k, pose in enumerate(make_ring_poses([0.0, 0.0, 0.0], 3.0, (1.0, 1.4), 8))
 )
 SD = 0.5
 
@@ -95,6 +95,6 @@ def test_different_textures_do_not_correlate() -> None:
 
 def test_texture_is_surface_as_seen_from_above_only() -> None:
     rig = printed_rig()
-    front, back = surface_between(rig.photos, rig.views, rig.pixel, UP, inside(40))
+    front, back = find_surface_between(rig.photos, rig.views, rig.pixel, UP, inside(40))
     assert front.mean() > 0.9
     assert not back.any()

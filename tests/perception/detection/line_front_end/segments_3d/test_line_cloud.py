@@ -11,20 +11,20 @@ from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
     MIN_OVERLAP,
     LineCloud,
-    candidate_segments,
+    propose_segments,
     reconstruct_lines,
 )
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.types import FloatArray, Pose, View
-from facetlog.robot.rendering.views import random_similarity, shuffled
+from facetlog.robot.rendering.views import draw_similarity, shuffled
 from facetlog.robot.rendering.worlds import make_world
-from facetlog.robot.tour import looking_at
+from facetlog.robot.tour import make_pose_looking_at
 from tests.perception.detection.drawings import project, view
-from tests.rendered import solid_truth, tour, true_edges, visible_faces
+from tests.rendered import get_solid_truth, list_visible_faces, tour, true_edges
 
-LEFT = view(pose=looking_at([-2.0, -8.0, 1.0], [0.0, 0.0, 0.0]))
-RIGHT = view(pose=looking_at([2.0, -8.0, 2.0], [0.0, 0.0, 0.0]))
+LEFT = view(pose=make_pose_looking_at([-2.0, -8.0, 1.0], [0.0, 0.0, 0.0]))
+RIGHT = view(pose=make_pose_looking_at([2.0, -8.0, 2.0], [0.0, 0.0, 0.0]))
 # Two cameras side by side that look along z, for cases read off by eye.
 BESIDE = view(pose=Pose(np.eye(3), np.array([1.0, 0.0, 0.0])))
 VIEWS = (LEFT, RIGHT)
@@ -49,7 +49,7 @@ def test_the_segment_that_both_show_is_found(start: FloatArray, end: FloatArray)
     segment = np.array([start, end])
     if np.linalg.norm(end - start) < 0.1 or plane_sine(segment) < 0.05:
         return
-    found, made_of = candidate_segments(LEFT, seen(LEFT, segment), RIGHT, seen(RIGHT, segment))
+    found, made_of = propose_segments(LEFT, seen(LEFT, segment), RIGHT, seen(RIGHT, segment))
     assert made_of.tolist() == [[0, 0]]
     np.testing.assert_allclose(found[0], segment, atol=1e-6)
 
@@ -60,7 +60,7 @@ def test_parts_must_overlap_enough(overlap: float, count: int) -> None:
     left = np.array([[180.0, 20.0, 180.0, 120.0]])
     low = 120.0 - 100.0 * overlap
     right = np.array([[30.0, low, 30.0, low + 100.0]])
-    found, made_of = candidate_segments(view(), left, BESIDE, right)
+    found, made_of = propose_segments(view(), left, BESIDE, right)
     assert len(found) == len(made_of) == count
 
 
@@ -77,8 +77,8 @@ def block_lines() -> LineCloud:
 
 def seen_edges() -> FloatArray:
     """True edges (n, 2, 3) of the block that some view sees."""
-    solid = solid_truth(make_world("block"))
-    faces = {f for v in tour("block") for f in visible_faces(solid, v)}
+    solid = get_solid_truth(make_world("block"))
+    faces = {f for v in tour("block") for f in list_visible_faces(solid, v)}
     corners = [set(solid.faces[f]) for f in faces]
     shown = [any(set(e) <= face for face in corners) for e in solid.edges]
     return true_edges(solid)[np.array(shown)]
@@ -102,7 +102,7 @@ def test_every_edge_seen_of_a_block_is_found_whole() -> None:
 
 
 def test_the_same_lines_are_found_in_another_frame() -> None:
-    frame = random_similarity(np.random.default_rng(5), scale=1000.0, reach=1e4)
+    frame = draw_similarity(np.random.default_rng(5), scale=1000.0, reach=1e4)
     moved = lines_of(tuple(frame.view(v) for v in tour("block")))
     assert moved.pixel == pytest.approx(1000 * block_lines().pixel, rel=1e-6)
     edges = frame.scale * seen_edges() @ frame.rotation.T + frame.shift

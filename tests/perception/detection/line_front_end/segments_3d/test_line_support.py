@@ -10,8 +10,8 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     MARGIN,
     SAMPLES,
     LineProfiles,
-    covered_extents,
-    line_profiles,
+    find_covered_extents,
+    measure_line_profiles,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_refine import (
     read_edges,
@@ -129,7 +129,7 @@ def test_parts_add_up_whichever_way_they_run(seed: int, a: float, b: float, c: f
 
 def test_the_edges_of_a_block_are_covered_to_their_ends_and_not_beyond() -> None:
     rig = block_rig()
-    profiles = line_profiles(
+    profiles = measure_line_profiles(
         rig.edges, rig.views, rig.maps, rig.shown_edges, np.ones(len(rig.views))
     )
     lines = np.arange(len(rig.edges))
@@ -147,6 +147,6 @@ def test_the_edges_of_a_block_are_covered_to_their_ends_and_not_beyond() -> None
 def test_where_half_of_the_views_see_a_line_rounding_does_not_end_it() -> None:
     # Three of six views, all of one weight, cover it half: to the last digit or not.
     segment = np.array([[[0.25, 0.0, 0.0], [0.75, 0.0, 0.0]]])
-    half = [covered_extents(segment, profile(np.full(SAMPLES, c))) for c in (0.5, 0.5 - 1e-12)]
+    half = [find_covered_extents(segment, profile(np.full(SAMPLES, c))) for c in (0.5, 0.5 - 1e-12)]
     np.testing.assert_allclose(half[0], half[1], atol=1e-9)
     assert np.ptp(half[0][0, :, 0]) > 1.0

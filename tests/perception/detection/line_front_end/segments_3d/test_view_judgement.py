@@ -13,28 +13,28 @@ from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.faces_from_lines import (
     Pictures,
-    prepared_pictures,
+    prepare_pictures,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
     SUPPORTED,
     LineCloud,
-    shown_lines,
+    find_shown_lines,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     check_consistency,
-    explained_share,
+    measure_share_explained,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.view_judgement import (
     Contradiction,
-    contradicting_views,
-    without_them,
+    find_contradicting_views,
+    track_without,
 )
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import TrackedFaces
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import Image, Pose, View
-from facetlog.pipeline import simulated_views
+from facetlog.pipeline import render_simulated_views
 from facetlog.robot.rendering.views import shuffled
 from tests.perception.detection.line_front_end.block_rig import block_rig
 
@@ -45,7 +45,7 @@ ALL = np.ones(len(block_rig().views))
 def test_a_blocks_edges_explain_its_pictures() -> None:
     rig = block_rig()
     found = [detect_segments(v.image) for v in rig.views]
-    assert explained_share(rig.edges, rig.shown_edges, rig.views, found) > 0.8
+    assert measure_share_explained(rig.edges, rig.shown_edges, rig.views, found) > 0.8
     check_consistency(rig.edges, rig.shown_edges, ALL, rig.views, found)
 
 
@@ -54,7 +54,7 @@ def test_wrong_poses_explain_little_and_are_reported() -> None:
     found = [detect_segments(v.image) for v in rig.views]
     views = shuffled(rig.views, np.random.default_rng(0))
     everywhere = np.ones_like(rig.shown_edges)
-    assert explained_share(rig.edges, everywhere, views, found) < 0.2
+    assert measure_share_explained(rig.edges, everywhere, views, found) < 0.2
     with pytest.raises(InconsistentViewsError, match="10 views"):
         check_consistency(rig.edges, everywhere, ALL, views, found)
 
@@ -85,7 +85,7 @@ def judged(views: Sequence[View], most: int | None = None) -> tuple[Contradictio
     maps = [edge_map(v.image) for v in views]
     use = np.nan_to_num(coverage(RIG.edges, views, maps)) > SUPPORTED
     weight = np.ones(len(views))
-    return contradicting_views(RIG.edges, use, weight, views, maps, found, lambda _: RIG.edges)
+    return find_contradicting_views(RIG.edges, use, weight, views, maps, found, lambda _: RIG.edges)
 
 
 def turned(view: View, degrees: float) -> View:
@@ -129,7 +129,7 @@ def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
         return TrackedFaces((), (), (0.5,) * 4, warnings=("of the rest",), used=(0, 1, 3, 4))
 
     views = RIG.views[:6]
-    tracked = without_them([Contradiction(2, 0.04, 0.9)], views, track)
+    tracked = track_without([Contradiction(2, 0.04, 0.9)], views, track)
     assert handed == [[0, 1, 3, 4, 5]]
     assert tracked.used == (0, 1, 4, 5)
     assert tracked.weight == (0.5,) * 4
@@ -143,15 +143,15 @@ def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
 @pytest.fixture(scope="module")
 def tour() -> Pictures:
     """Ten views of a table, looked at."""
-    views = simulated_views("table", 1, progress=None, clock=StepClock()).views[:20:2]
-    return prepared_pictures(views, StepClock())
+    views = render_simulated_views("table", 1, progress=None, clock=StepClock()).views[:20:2]
+    return prepare_pictures(views, StepClock())
 
 
 def foreign_picture(kind: str, shape: tuple[int, int]) -> Image:
     image = np.full(shape, 128, np.uint8)
     rng = np.random.default_rng(3)
     if kind == "chair":
-        (view,) = simulated_views("chair", 2, progress=None, clock=StepClock()).views[:1]
+        (view,) = render_simulated_views("chair", 2, progress=None, clock=StepClock()).views[:1]
         image = cv2.resize(view.image, shape[::-1])
     else:
         for _ in range(40):
@@ -163,11 +163,11 @@ def foreign_picture(kind: str, shape: tuple[int, int]) -> Image:
 def named(pictures: Pictures) -> list[int]:
     def lines(kept: Sequence[int]) -> tuple[LineCloud, NDArray[np.bool_]]:
         own = pictures.select(kept)
-        return shown_lines(own.views, own.maps, own.segments)
+        return find_shown_lines(own.views, own.maps, own.segments)
 
     views = pictures.views
     cloud, use = lines(range(len(views)))
-    found = contradicting_views(
+    found = find_contradicting_views(
         cloud.segments,
         use,
         np.ones(len(views)),
@@ -187,6 +187,6 @@ def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
     assert named(tour) == []
     k = 3
     image = foreign_picture(kind, tour.views[k].image.shape)
-    other = prepared_pictures([replace(tour.views[k], image=image)], StepClock())
+    other = prepare_pictures([replace(tour.views[k], image=image)], StepClock())
     kept = [j for j in range(len(tour.views)) if j != k]
-    assert named(tour.select(kept).extended_by(other)) == [len(kept)]
+    assert named(tour.select(kept).extend_by(other)) == [len(kept)]
