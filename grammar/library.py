@@ -11,7 +11,7 @@ from facetlog.grammar.own_words import OwnWords, own_words
 from facetlog.grammar.reading.parse import LARGEST, parse
 from facetlog.grammar.source import NOWHERE, Source
 from facetlog.grammar.traversal import walk
-from facetlog.regular_file import read_regular
+from facetlog.safe_read import read_regular
 
 BUILTIN = Path(__file__).resolve().parent.parent / "rules"
 """Models that every file may name without `use`."""

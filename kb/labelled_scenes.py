@@ -10,7 +10,7 @@ from facetlog.errors import InputError
 from facetlog.kb.examples import Case, Expected
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.loading.encode import Fact
-from facetlog.regular_file import read_regular_text
+from facetlog.safe_read import read_regular_text
 
 __all__ = ["COLUMNS", "read_labelled_cases"]
 

@@ -23,7 +23,7 @@ from benchmarks.robot.explored_world import KEEP_OUT, ExploredWorld
 from facetlog.errors import FacetlogError
 from facetlog.exploring.choice import beginning
 from facetlog.exploring.explorer import Explorer, Judge
-from facetlog.exploring.needs import Interest, find_needs
+from facetlog.exploring.open_questions import Interest, find_needs
 from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.min_views import FEWEST_VIEWS

@@ -8,9 +8,9 @@ from typing import TypeAlias
 from facetlog.grammar import syntax as s
 from facetlog.grammar.constants import combine_dimensions, constant, quantity
 from facetlog.grammar.faults import Fault, Fix, make_respelling, said, suggest_unit
+from facetlog.grammar.phrase_hints import SPOKEN_WORDS, find_word_of_other_kind
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
-from facetlog.grammar.spoken import SPOKEN_WORDS, find_word_of_other_kind
 from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.units import UNITS, Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kind, Kinds, Word

@@ -7,8 +7,8 @@ from dataclasses import replace
 from facetlog.grammar import syntax as s
 from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import MOST_FAULTS, Edit, Fault, Fix, Severity, make_removal, swap
-from facetlog.grammar.lint.claims import Bound, Claims, Linear, Place, Region, shorten
 from facetlog.grammar.lint.conflicts import find_contradictions, find_repeats
+from facetlog.grammar.lint.constraints import Bound, Claims, Linear, Place, Region, shorten
 from facetlog.grammar.lint.reader import read_claims
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope

@@ -13,7 +13,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.measures import DIMENSIONS
 from facetlog.grammar.constants import Constant, combine_dimensions, constant, quantity
 from facetlog.grammar.fading import ABOUT
-from facetlog.grammar.lint.claims import (
+from facetlog.grammar.lint.constraints import (
     Atom,
     Bound,
     Claim,

@@ -14,6 +14,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, is_slip, respell
+from facetlog.grammar.phrase_hints import find_phrase_hint
 from facetlog.grammar.reading.layout import (
     STATEMENT_WORDS,
     Layout,
@@ -24,7 +25,6 @@ from facetlog.grammar.reading.layout import (
 )
 from facetlog.grammar.reading.tree import TreeToSyntax
 from facetlog.grammar.source import Source, Span
-from facetlog.grammar.spoken import find_phrase_hint
 from facetlog.grammar.traversal import Node, children, moved
 
 # Words of the language that a misspelt word may be meant for. A word of two letters is like too

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.regular_file import read_regular
+from facetlog.safe_read import read_regular
 
 if TYPE_CHECKING:
     from facetlog.grammar.compile import Program

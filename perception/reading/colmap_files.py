@@ -14,7 +14,7 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.lens import CAMERA_MODELS
-from facetlog.regular_file import MOST_SHAPE_BYTES, open_regular, read_regular
+from facetlog.safe_read import MOST_SHAPE_BYTES, open_regular, read_regular
 
 __all__ = [
     "EXPORT",

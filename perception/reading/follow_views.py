@@ -9,13 +9,13 @@ from pathlib import Path
 from time import monotonic, sleep
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.left_out import LeftOut
-from facetlog.perception.reading.own_folder import check_own_folder
-from facetlog.perception.reading.picture_of_view import ViewLoader
+from facetlog.perception.reading.path_guard import check_own_folder
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.pose_files.register import find_poses_path, read_poses
+from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrame
+from facetlog.perception.reading.view_image import ViewLoader
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["FollowedViews"]

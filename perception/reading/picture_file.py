@@ -20,7 +20,7 @@ import PIL.Image
 
 from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.types import Image
-from facetlog.regular_file import open_regular, read_regular
+from facetlog.safe_read import open_regular, read_regular
 
 __all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture", "stored_size", "turned"]
 

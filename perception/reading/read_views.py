@@ -12,9 +12,7 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.length_units import Length
 from facetlog.perception.name_lists import named
-from facetlog.perception.reading.left_out import LeftOut, lines_of
-from facetlog.perception.reading.own_folder import check_own_folder
-from facetlog.perception.reading.picture_of_view import ViewLoader
+from facetlog.perception.reading.path_guard import check_own_folder
 from facetlog.perception.reading.pose_files.pose_checks import LEAST_SPREAD
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import (
@@ -23,6 +21,8 @@ from facetlog.perception.reading.pose_files.poses_file import (
     PosesFile,
 )
 from facetlog.perception.reading.pose_files.register import find_poses_path, kind_of, read_poses
+from facetlog.perception.reading.skipped_images import LeftOut, lines_of
+from facetlog.perception.reading.view_image import ViewLoader
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
 __all__ = ["ViewSet", "collect_stated_errors", "read_views"]

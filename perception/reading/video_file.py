@@ -9,7 +9,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Image
-from facetlog.regular_file import check_regular
+from facetlog.safe_read import check_regular
 
 __all__ = ["COUNTED", "VideoFrame", "VideoFrames", "read_frame_count"]
 

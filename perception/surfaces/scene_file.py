@@ -28,7 +28,7 @@ from facetlog.perception.surfaces.scene_json.scene_fault import (
     repeated,
 )
 from facetlog.perception.surfaces.scene_json.scene_of_record import END, packed, scene_of_record
-from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
+from facetlog.safe_read import MOST_SCENE_BYTES, read_regular
 
 __all__ = [
     "SceneFault",

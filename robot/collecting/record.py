@@ -23,10 +23,10 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image, Pose
-from facetlog.regular_file import read_regular_text
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pose2 import Pose2
+from facetlog.safe_read import read_regular_text
 
 LOG_FILE, TRANSFORMS_FILE, WAY_FILE = "collect.jsonl", "transforms.json", "odometry.tum"
 SCHEMA = "facetlog-collect/1"

@@ -9,13 +9,13 @@ from datetime import datetime
 from pathlib import Path
 
 from facetlog.errors import DeviceError, InputError
-from facetlog.regular_file import read_regular_text
 from facetlog.robot.collecting.drive import STANDS_SPEED, STANDS_TURNING
 from facetlog.robot.collecting.record import read_log, read_record
 from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.pioneer.replay import iter_replayed_states, replay
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
+from facetlog.safe_read import read_regular_text
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,9 +18,9 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.types import FloatArray, Pose
-from facetlog.regular_file import read_regular_text
 from facetlog.robot.recording import compute_pan_tilt_angles
 from facetlog.robot.tour import tour_poses
+from facetlog.safe_read import read_regular_text
 
 PAPER_TOUR = "paper"
 INCH = 0.0254

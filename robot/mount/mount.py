@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.regular_file import read_regular_text
+from facetlog.safe_read import read_regular_text
 from facetlog.toml_text import parse_toml_fields
 
 LENGTHS = ("x", "y", "z", "pinhole_ahead", "pinhole_left", "pinhole_up")

@@ -12,7 +12,6 @@ from pydantic import ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationErro
 from pydantic.dataclasses import dataclass
 
 from facetlog.errors import InputError
-from facetlog.regular_file import read_regular_text
 from facetlog.robot.mount.mount import ANGLES, LENGTHS, Mount
 from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
@@ -21,6 +20,7 @@ from facetlog.robot.rendering.world import Solid, World
 from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
 from facetlog.robot.simulator.body import MotionErrors
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
+from facetlog.safe_read import read_regular_text
 from facetlog.toml_text import parse_toml_fields
 
 FORM = ConfigDict(extra="forbid")

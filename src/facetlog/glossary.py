@@ -14,9 +14,9 @@ from facetlog.grammar.compiling.lines import WEIGHTS
 from facetlog.grammar.fading import ABOUT, FADING, SHARE
 from facetlog.grammar.fault_codes import FAULT_KINDS
 from facetlog.grammar.library import MOST_FILES
+from facetlog.grammar.phrase_hints import SPOKEN_WORDS
 from facetlog.grammar.reading.layout import DEEPEST
 from facetlog.grammar.reading.parse import LARGEST, LONGEST
-from facetlog.grammar.spoken import SPOKEN_WORDS
 from facetlog.grammar.units import UNITS
 from facetlog.grammar.vocabulary import VOCABULARY, Gives, Kinds, Word
 from facetlog.kb.knowledge_base import KnowledgeBase

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.regular_file import open_regular
+from facetlog.safe_read import open_regular
 
 __all__ = [
     "OWN_PAGE",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.output_file import check_no_input
-from facetlog.regular_file import read_regular_text
+from facetlog.safe_read import read_regular_text
 
 __all__ = [
     "RUN_FILE",

@@ -9,8 +9,8 @@ __all__ = ["make_pictures_hint"]
 def make_pictures_hint(path: Path) -> str:
     """Return the end of a message about a picture or folder of pictures; empty for others."""
     # Loaded only now: who gives scenes does without OpenCV.
+    from facetlog.perception.reading.image_sources import has_shots
     from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
-    from facetlog.perception.reading.shots import has_shots
 
     folder = path if path.is_dir() else path.parent
     shown = has_shots(path) if path.is_dir() else path.suffix.lower() in PICTURE_SUFFIXES

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from facetlog import __version__
-from facetlog.counted import many
 from facetlog.degree_plot import write_degree_plot
 from facetlog.kb.explaining.verdict_text import NO_MODEL, format_holding
 from facetlog.output_folder import output_folder
 from facetlog.pipeline import Progress, Recognised
+from facetlog.plurals import many
 from facetlog.terminal import fit_on_one_line
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 
 from facetlog.commands.robot_words import format_early_end
 from facetlog.exploring.explorer import Explorer, Judge
-from facetlog.exploring.needs import Lead, Needs, Open
+from facetlog.exploring.open_questions import Lead, Needs, Open
 from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.mapping.sonar_beams import FARTHEST
 from facetlog.perception.types import Image

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.exploring.choice import Promises, beginning, choose
-from facetlog.exploring.needs import Lack, Needs, Open, SeenThing
+from facetlog.exploring.open_questions import Lack, Needs, Open, SeenThing
 from facetlog.exploring.sides import Sides
 from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.space import Space, State, UnseenSpace

@@ -9,7 +9,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.exploring.explorer import Explorer
-from facetlog.exploring.needs import Interest
+from facetlog.exploring.open_questions import Interest
 from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.robot.collecting.next_stop import Around
 from facetlog.robot.collecting.record import read_record

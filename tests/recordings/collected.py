@@ -14,7 +14,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Image
 from facetlog.pipeline import open_models
-from facetlog.recordings.moments import Moment, read_candidate_views
+from facetlog.recordings.frames import Moment, read_candidate_views
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, format_robot_tum

@@ -9,7 +9,7 @@ from facetlog.judging.folder_judge import FolderJudge
 from facetlog.judging.view_verdicts import ViewVerdicts
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.online.online_scene import OnlineScene
-from facetlog.recordings.moments import Moment
+from facetlog.recordings.frames import Moment
 from tests.recordings.collected import collection
 
 

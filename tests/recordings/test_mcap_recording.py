@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
 from facetlog.pipeline import open_models
+from facetlog.recordings.frames import read_recorded_optics
 from facetlog.recordings.mcap_recording import McapRecording
-from facetlog.recordings.moments import read_recorded_optics
 from facetlog.recordings.recording_request import record_collection
 from facetlog.robot.pioneer.state import OdometryErrors
 from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection

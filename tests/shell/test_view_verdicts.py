@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from facetlog.exploring.needs import Interest
+from facetlog.exploring.open_questions import Interest
 from facetlog.judging.view_verdicts import ViewVerdicts
 from facetlog.perception.types import Pose, View
 from facetlog.robot.recording import Format, write_views

@@ -11,7 +11,7 @@ from facetlog.errors import InputError
 from facetlog.perception.length_units import Length
 from facetlog.perception.name_lists import named
 from facetlog.perception.reading.exif import TakenWith, taken_with
-from facetlog.perception.reading.left_out import LeftOut
+from facetlog.perception.reading.image_sources import Shot, list_shots
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.mat.advice import advice
 from facetlog.perception.reading.mat.fit import (
@@ -31,10 +31,10 @@ from facetlog.perception.reading.mat.sightings import (
     Sighting,
     sighting,
 )
-from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
-from facetlog.perception.reading.shots import Shot, list_shots
+from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrames
+from facetlog.perception.reading.view_image import KEPT_DIAGONAL_PX
 from facetlog.perception.types import FloatArray, PoseErrorKind
 
 __all__ = ["MatPicture", "MatSet", "NoMatError", "PlacedPicture", "find_mat_pictures", "read_mat"]

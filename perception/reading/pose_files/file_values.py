@@ -10,7 +10,7 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.types import FloatArray, Pose
-from facetlog.regular_file import read_regular_text
+from facetlog.safe_read import read_regular_text
 
 __all__ = [
     "EXPORT",

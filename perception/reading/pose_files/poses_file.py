@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import CAMERA_MODELS, Distortion, Lens
 from facetlog.perception.reading.pose_files.file_values import number
 from facetlog.perception.reading.pose_files.pose_checks import check_lens, check_pose
+from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
 

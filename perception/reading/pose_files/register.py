@@ -7,6 +7,7 @@ import logging
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.image_sources import has_shots
 from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
 from facetlog.perception.reading.pose_files.arkit_captures import (
@@ -36,7 +37,6 @@ from facetlog.perception.reading.sfm.sfm_poses import (
     has_kept_cameras,
     read_by_motion,
 )
-from facetlog.perception.reading.shots import has_shots
 from facetlog.perception.reading.video_file import COUNTED
 
 __all__ = [

@@ -17,7 +17,6 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.file_values import (
     convert_quaternion,
     iter_numbered_lines,
@@ -38,6 +37,7 @@ from facetlog.perception.reading.pose_files.poses_file import (
     PosesFile,
     collect_posed_pictures,
 )
+from facetlog.perception.reading.skipped_images import LeftOut
 
 __all__ = ["TUM"]
 

@@ -19,9 +19,9 @@ from pydantic import TypeAdapter
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.exif import USUAL_FOCAL, TakenWith, taken_with
-from facetlog.perception.reading.left_out import LeftOut
+from facetlog.perception.reading.image_sources import Shot
 from facetlog.perception.reading.sfm.outcome import LEAST_PICTURES, Outcome, Pair, Request, Settings
-from facetlog.perception.reading.shots import Shot
+from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrames
 
 __all__ = ["main"]

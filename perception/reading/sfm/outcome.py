@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from facetlog.perception.reading.left_out import LeftOut
-from facetlog.perception.reading.shots import Shot
+from facetlog.perception.reading.image_sources import Shot
+from facetlog.perception.reading.skipped_images import LeftOut
 
 __all__ = [
     "LEAST_PICTURES",

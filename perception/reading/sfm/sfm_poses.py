@@ -23,6 +23,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from facetlog.errors import EngineError, InputError
 from facetlog.perception.atomic_write import write_atomically
+from facetlog.perception.reading.image_sources import Shot, list_shots
 from facetlog.perception.reading.pose_files.colmap_poses import read_colmap_poses
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
@@ -34,9 +35,8 @@ from facetlog.perception.reading.sfm.outcome import (
     explain_failure,
     left_out,
 )
-from facetlog.perception.reading.shots import Shot, list_shots
 from facetlog.python_process import make_importing_environment, make_module_command
-from facetlog.regular_file import read_regular_text
+from facetlog.safe_read import read_regular_text
 
 __all__ = ["NothingPlacedError", "can_map", "has_kept_cameras", "read_by_motion"]
 

@@ -8,9 +8,9 @@ from typing import Any
 from facetlog.batch.output import read_rows
 from facetlog.batch.rows import Row
 from facetlog.batch.settings import CRISP, Item, Settings, parse_read_as
-from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.plain_text import plain_text
+from facetlog.plurals import many
 
 DEGREE_STEP = 0.005
 """Degrees that differ by less are the same in any text: they are given in per cent."""

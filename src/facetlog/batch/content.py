@@ -4,7 +4,7 @@ import hashlib
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.regular_file import open_regular
+from facetlog.safe_read import open_regular
 
 HASHED_AT_ONCE = 1 << 20  # bytes
 

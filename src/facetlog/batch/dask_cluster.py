@@ -35,7 +35,7 @@ from facetlog.batch.settings import Item, Settings
 from facetlog.errors import EngineError, FacetlogError, InputError, make_missing_extra_error
 from facetlog.kb.loading.rule_source import read_rule_sources
 from facetlog.kb.recognize import rule_files
-from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
+from facetlog.safe_read import MOST_SHAPE_BYTES, read_regular
 from facetlog.terminal import warn
 
 SCENES_PER_TASK = 16

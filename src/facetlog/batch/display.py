@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from facetlog.batch.run import Progress
-from facetlog.counted import many
+from facetlog.plurals import many
 from facetlog.terminal import note
 
 LINE_SECONDS = 10.0

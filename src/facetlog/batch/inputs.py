@@ -12,7 +12,7 @@ from facetlog.output_folder import RUN_FILE, UNFINISHED, list_written_files
 from facetlog.perception.shapes.shape_options import find_shape_files
 from facetlog.pictures_hint import make_pictures_hint
 from facetlog.query_shell.scene_files import SCENE_FILE
-from facetlog.regular_file import MOST_BYTES, read_regular
+from facetlog.safe_read import MOST_BYTES, read_regular
 
 STDIN = "-"
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)

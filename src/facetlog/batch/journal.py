@@ -16,9 +16,9 @@ from typing import Any, Self
 
 from facetlog.batch.output import MOST_LINE_BYTES
 from facetlog.batch.rows import Row, has_run_out, parse_row
-from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.regular_file import check_regular, open_regular
+from facetlog.plurals import many
+from facetlog.safe_read import check_regular, open_regular
 
 FORMAT = "facetlog-journal/1"
 HEAD = json.dumps({"journal": FORMAT}).removesuffix("}").encode()

@@ -7,13 +7,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.grammar.checking.model import RESERVED_NAMES
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.shapes.shape_options import UP_AXES
+from facetlog.plurals import many
 from facetlog.query_shell.words import nearest
-from facetlog.regular_file import read_regular_text
+from facetlog.safe_read import read_regular_text
 
 NONE = "none"
 """The answer that no model of those asked for holds, and the truth of what is none of them."""

@@ -10,7 +10,7 @@ from facetlog.batch.confusion import Confusion, answer
 from facetlog.batch.labels import NONE
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row
-from facetlog.counted import many
+from facetlog.plurals import many
 
 SCHEMA = "facetlog-classify/1"
 

@@ -15,7 +15,7 @@ from facetlog.batch.rows import COLUMNS, Row, RowRecord, parse_row
 from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.atomic_write import open_atomically
 from facetlog.plain_text import plain_text
-from facetlog.regular_file import open_regular
+from facetlog.safe_read import open_regular
 
 if TYPE_CHECKING:
     import pyarrow

@@ -20,7 +20,7 @@ from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from facetlog.output_file import check_output_file
 from facetlog.plain_text import plain_text
-from facetlog.regular_file import check_regular
+from facetlog.safe_read import check_regular
 
 _LOG = logging.getLogger(__name__)
 

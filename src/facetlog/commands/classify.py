@@ -12,8 +12,8 @@ import typer
 
 from facetlog.commands.shape_options import StatedOptions
 from facetlog.commands.shared import NO, YES, AsJson, JudgingOptions, command
-from facetlog.counted import many
 from facetlog.errors import InputError
+from facetlog.plurals import many
 from facetlog.terminal import fit_on_one_line, note, printable, warn
 
 if TYPE_CHECKING:

@@ -22,8 +22,8 @@ from facetlog.commands.robot_options import (
 )
 from facetlog.commands.robot_words import COLLECT_AGAIN, format_early_end, reword_errors
 from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, command
-from facetlog.counted import many
 from facetlog.errors import FacetlogError, InputError
+from facetlog.plurals import many
 from facetlog.terminal import error, note, warn
 
 if TYPE_CHECKING:

@@ -15,13 +15,13 @@ import typer
 
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.shared import NO, YES, JudgingOptions
-from facetlog.counted import many
 from facetlog.degree_plot import Degrees, check_plots, collect_degrees
 from facetlog.errors import InputError
 from facetlog.kb.explaining.verdict_text import format_holding
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import Recognised, apply_stated_up, check_up
+from facetlog.plurals import many
 from facetlog.query_shell.words import nearest
 from facetlog.report import format_verdicts_text, write_report
 from facetlog.stream import Stop, StreamStep, steps

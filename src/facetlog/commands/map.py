@@ -74,8 +74,8 @@ def map_command(
 
 def _format_map(room: "RoomMap") -> list[str]:
     """Describe in words what is on the map."""
-    from facetlog.counted import many
     from facetlog.mapping.floor_grid import Cell
+    from facetlog.plurals import many
 
     floor = room.floor
     passed = floor.area(Cell.PASSED)

@@ -64,9 +64,9 @@ def check_command(
 
     Exit code 0: they suffice, 1: some are missing.
     """
-    from facetlog.perception.reading.left_out import lines_of
     from facetlog.perception.reading.mat.advice import advice
     from facetlog.perception.reading.mat.mat_poses import find_mat_pictures
+    from facetlog.perception.reading.skipped_images import lines_of
     from facetlog.terminal import printable, warn
 
     if not photos.is_dir():

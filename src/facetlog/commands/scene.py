@@ -11,9 +11,9 @@ import typer
 
 from facetlog.commands.shape_options import Scale, Shape, ShapeArgument, StatedOptions, read
 from facetlog.commands.shared import NO, YES, AsJson, Overwrite, command
-from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.output_file import check_output_file
+from facetlog.plurals import many
 from facetlog.terminal import error, fit_on_one_line, make_short_line, warn
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ import typer
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
-from facetlog.regular_file import check_current_folder
+from facetlog.safe_read import check_current_folder
 from facetlog.terminal import error, error_lines, note
 
 if TYPE_CHECKING:

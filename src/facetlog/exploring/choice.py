@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from facetlog.exploring.needs import LEAST_TURNED, Lack, Needs, SeenThing
+from facetlog.exploring.open_questions import LEAST_TURNED, Lack, Needs, SeenThing
 from facetlog.exploring.sides import GRAZING, Sides, units
 from facetlog.kb.explaining.unseen import NEAR_DEG
 from facetlog.perception.estimation.point_recursion import update_by_view

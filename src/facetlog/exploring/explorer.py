@@ -12,7 +12,7 @@ import numpy as np
 
 from facetlog.errors import EngineError
 from facetlog.exploring.choice import Choice, beginning, choose, undecided
-from facetlog.exploring.needs import LEAST_TURNED, Interest, Needs
+from facetlog.exploring.open_questions import LEAST_TURNED, Interest, Needs
 from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray

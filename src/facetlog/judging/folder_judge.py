@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.perception.online.online_scene import OnlineScene
     from facetlog.pipeline import Recognised
-    from facetlog.recordings.moments import Recorder
+    from facetlog.recordings.frames import Recorder
 
 __all__ = ["FolderJudge"]
 
@@ -81,7 +81,7 @@ class FolderJudge:
         """Record a view with what is known after it."""
         if self._recorder is None or self._online is None:
             return
-        from facetlog.recordings.moments import read_moment
+        from facetlog.recordings.frames import read_moment
 
         since, scene = self._recorded_until, self._online.scene
         moment = read_moment(self.folder, name, since, scene, found)

@@ -81,7 +81,7 @@ class _Judging:
         """Judge all views at once: for so few this is as fast as one at a time, and poses that were
         summed up by odometry are corrected.
         """
-        from facetlog.exploring.needs import find_needs
+        from facetlog.exploring.open_questions import find_needs
 
         try:
             if self._recording is not None:

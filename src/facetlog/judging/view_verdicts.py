@@ -24,7 +24,7 @@ from facetlog.perception.types import FloatArray
 from facetlog.python_process import make_importing_environment, make_module_command
 
 if TYPE_CHECKING:
-    from facetlog.exploring.needs import Interest, Needs
+    from facetlog.exploring.open_questions import Interest, Needs
     from facetlog.kb.explaining.verdict import Recognition
 
 __all__ = [

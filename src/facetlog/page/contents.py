@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import cv2
 
 from facetlog import __version__
-from facetlog.counted import many
 from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
 from facetlog.kb.explaining.verdict_text import format_holding, format_parts, format_sizes, mark
@@ -18,6 +17,7 @@ from facetlog.page.seen_outlines import seen_outlines
 from facetlog.page.uncertainty import compute_ellipsoid_scale
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.pipeline import Recognised
+from facetlog.plurals import many
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Verdict

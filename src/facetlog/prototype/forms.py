@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from types import MappingProxyType
 
-from facetlog.counted import many
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
+from facetlog.plurals import many
 from facetlog.prototype.assembly import ZERO, Assembly, Form, Length, Part
 
 # Of what comes in numbers: so many at most are tried.

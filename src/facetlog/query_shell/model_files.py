@@ -4,7 +4,7 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from facetlog.regular_file import read_regular
+from facetlog.safe_read import read_regular
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from facetlog.query_shell.completion import find_hint, proposals
 from facetlog.query_shell.goal_text import COMMAND, TokenKind, is_complete, tokens
 from facetlog.query_shell.lines import run_line
 from facetlog.query_shell.shell import Shell
-from facetlog.regular_file import check_regular
+from facetlog.safe_read import check_regular
 
 PROMPT, CONTINUED = "?- ", "   "
 GREETING = "A goal, why MODEL, or :help. Tab completes, Ctrl-D leaves."

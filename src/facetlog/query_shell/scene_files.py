@@ -16,7 +16,7 @@ from facetlog.errors import InputError
 from facetlog.kb.loading.encode import Fact
 from facetlog.pictures_hint import make_pictures_hint
 from facetlog.plain_text import plain_text
-from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
+from facetlog.safe_read import MOST_SCENE_BYTES, read_regular
 from facetlog.terminal import warn
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
-from facetlog.recordings.moments import Moment
+from facetlog.recordings.frames import Moment
 from facetlog.recordings.on_scene import find_verdict_places, iter_face_loops
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pioneer.state import OdometryCovariance

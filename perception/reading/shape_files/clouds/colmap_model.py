@@ -16,7 +16,7 @@ from facetlog.perception.reading.colmap_files import (
     read_colmap_images,
 )
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
-from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
+from facetlog.safe_read import MOST_SHAPE_BYTES, read_regular
 
 __all__ = ["find_colmap_model", "read_colmap"]
 

@@ -13,8 +13,8 @@ from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
 from facetlog.batch.rows import HOLDS, Row, closest, get_confidence_or_degree
 from facetlog.batch.run import Finished, Progress, Workers
-from facetlog.counted import many
 from facetlog.perception.atomic_write import open_atomically
+from facetlog.plurals import many
 
 EXPLAINED_AT_ONCE = 256
 """Mistakes whose pictures are in memory together: some megabytes."""

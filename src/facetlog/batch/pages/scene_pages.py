@@ -12,9 +12,9 @@ from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
 from facetlog.batch.rows import Row, get_confidence_or_degree
 from facetlog.batch.run import Finished, Progress, Workers
-from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable, output_folder
+from facetlog.plurals import many
 from facetlog.query_shell.scene_files import SCENE_FILE
 from facetlog.terminal import printable
 

@@ -17,8 +17,8 @@ from facetlog.commands.model.fault_text import list_faults, plain
 from facetlog.commands.model.files import Files, is_stdin, model_files
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, Trust, command
-from facetlog.counted import many
 from facetlog.errors import InputError
+from facetlog.plurals import many
 
 if TYPE_CHECKING:
     from rich.table import Table

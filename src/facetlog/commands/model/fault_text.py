@@ -5,10 +5,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from facetlog import __version__
-from facetlog.counted import many
 from facetlog.grammar.faults import Fault, Fix, Severity
 from facetlog.grammar.source import Source
 from facetlog.plain_text import plain_text
+from facetlog.plurals import many
 from facetlog.terminal import shortened
 
 __all__ = [

@@ -10,9 +10,9 @@ from facetlog.commands.model.fault_text import plain
 from facetlog.commands.model.files import Files, is_stdin, model_files, read_stdin
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, command
-from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.perception.atomic_write import write_atomically
+from facetlog.plurals import many
 from facetlog.terminal import error, fit_on_one_line, note
 
 __all__ = ["format_command"]

@@ -11,9 +11,9 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from facetlog.commands.model.fault_text import plain
-from facetlog.counted import many
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.syntax import File
+from facetlog.plurals import many
 
 __all__ = ["format_faults_junit"]
 

@@ -11,8 +11,8 @@ from typing import Annotated, NoReturn
 import typer
 
 from facetlog.commands.model.files import is_stdin
-from facetlog.counted import many
 from facetlog.errors import FacetlogError, InputError
+from facetlog.plurals import many
 from facetlog.query_shell.model_files import Stamp, read_stamp
 from facetlog.terminal import error, error_lines, note
 

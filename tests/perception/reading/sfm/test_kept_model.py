@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.image_sources import Shot
 from facetlog.perception.reading.sfm import sfm_poses
 from facetlog.perception.reading.sfm.outcome import Outcome, Pair, Settings
 from facetlog.perception.reading.sfm.sfm_poses import (
@@ -14,7 +15,6 @@ from facetlog.perception.reading.sfm.sfm_poses import (
     load_kept_outcome,
     made_from,
 )
-from facetlog.perception.reading.shots import Shot
 
 OUTCOME = Outcome({"a": 9, "b": 8}, (), (Pair("a", "b", 7),), (("a", "b"),), 0.5)
 

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.sfm.outcome import Outcome, Pair, explain_failure, left_out
+from facetlog.perception.reading.skipped_images import LeftOut, lines_of
 
 PLACES = {name: f"photos/{name}" for name in "abcdefg"}
 TEXTURED = dict.fromkeys("abcd", 900)

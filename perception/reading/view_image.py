@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.picture_file import (
     LEAST_SIDE_PX,
@@ -22,6 +21,7 @@ from facetlog.perception.reading.picture_file import (
     turned,
 )
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture
+from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Image, StoredPicture, View
 

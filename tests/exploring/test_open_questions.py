@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.exploring.needs import Interest, Lack, Lead, Needs, Open, find_needs
+from facetlog.exploring.open_questions import Interest, Lack, Lead, Needs, Open, find_needs
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
 from facetlog.kb.explaining.verdict import Condition, Recognition, Verdict
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from PIL import ExifTags, Image
 
+from facetlog.perception.reading.image_sources import list_shots
 from facetlog.perception.reading.lens import Distortion, Lens
-from facetlog.perception.reading.picture_of_view import (
+from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
+from facetlog.perception.reading.video_file import VideoFrames
+from facetlog.perception.reading.view_image import (
     KEPT_DIAGONAL_PX,
     ViewLoader,
     picture_of_view,
 )
-from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
-from facetlog.perception.reading.shots import list_shots
-from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Camera, Pose, View
 
 LARGE = Camera(1600, 1200, 1500.0, 1500.0, 801.0, 597.0)

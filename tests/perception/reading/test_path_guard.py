@@ -8,7 +8,7 @@ import pytest
 from facetlog.cli import main
 from facetlog.errors import InputError
 from facetlog.perception.reading.follow_views import FollowedViews
-from facetlog.perception.reading.own_folder import OutsideError
+from facetlog.perception.reading.path_guard import OutsideError
 from facetlog.perception.reading.read_views import read_views
 from tests.perception.reading.view_folders import transforms, write_transforms
 

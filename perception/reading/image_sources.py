@@ -7,8 +7,8 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.exif import read_quarter_turns
-from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture, turned
+from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import (
     COUNTED,
     VideoFrame,

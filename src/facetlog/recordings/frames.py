@@ -11,7 +11,6 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Camera, FloatArray
-from facetlog.regular_file import read_regular_text
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.next_stop import CHOSEN
 from facetlog.robot.collecting.record import (
@@ -25,6 +24,7 @@ from facetlog.robot.collecting.record import (
 )
 from facetlog.robot.collecting.run_sessions import Run, list_runs
 from facetlog.robot.pose2 import Pose2
+from facetlog.safe_read import read_regular_text
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition

@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import Fault
-from facetlog.grammar.spoken import SPOKEN_WORDS, find_phrase_hint
+from facetlog.grammar.phrase_hints import SPOKEN_WORDS, find_phrase_hint
 from facetlog.grammar.vocabulary import VOCABULARY
 
 PARTS = "model m\n  board top\n  face wall\n  at least 2 bars leg where leg carries top\n  "

@@ -20,10 +20,10 @@ from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.surfaces.scene_file import read_scene
 from facetlog.query_shell.model_files import read_stamp
 from facetlog.query_shell.scene_files import scene_file
-from facetlog.regular_file import read_regular, read_regular_text
 from facetlog.robot.collecting.tour_file import read_tour
 from facetlog.robot.mount.mount import read_mount
 from facetlog.robot.simulator.world_file import read_world
+from facetlog.safe_read import read_regular, read_regular_text
 
 
 def _socket(path: Path) -> None:
