@@ -8,7 +8,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 # What solves equations or compares measures, so that rounding may turn a decision; of what is read
 # the mat's cameras and poses, for other readers only take numbers from files.
 NUMERICAL := $(addprefix tests/perception/,detection estimation facts online pieces reading/mat \
-	shapes space surfaces test_junctions.py test_ties.py)
+	shapes space surfaces test_line_drawing.py test_stable_order.py)
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-all test-kernels check format reference docs bench mutants vsix lock clean
