@@ -4,8 +4,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from facetlog.perception.types import FloatArray
 
@@ -136,6 +134,10 @@ def joined(count: int, pairs: ArrayLike) -> tuple[int, Indices]:
     ends = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
     if not count:
         return 0, np.zeros(0, dtype=np.int64)
+    # Loaded here: a worker that judges scenes alone needs no scipy.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     graph = coo_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(count, count))
     groups, labels = connected_components(graph, directed=False)
     return int(groups), labels.astype(np.int64)

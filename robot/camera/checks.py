@@ -104,7 +104,7 @@ def _blur(grey: NDArray[np.float32]) -> tuple[float | None, float | None]:
 
 
 def _measure_blur_px(ratio: float) -> float:
-    """That of edges whose fine gradients sum up to so many times the coarse ones."""
+    """Return the blur of edges whose fine gradients sum up to so many times the coarse ones."""
     s1, s2 = FINE_PX**2 + OF_MASK_PX2, COARSE_PX**2 + OF_MASK_PX2
     # Of what is finer than an edge, as print, the ratio is larger; without end it is 1.
     r2 = min(max(ratio, 1.0 + float(np.finfo(np.float32).eps)) ** 2, s2 / s1)

@@ -23,7 +23,7 @@ class Optics:
         return dict(self.coefficients).get(name, 0.0)
 
     def check(self, image: Image) -> None:
-        """DeviceError for a picture of another size: it is of another camera."""
+        """Raise DeviceError for a picture of another size: it is of another camera."""
         height, width = image.shape[:2]
         if (width, height) != (self.camera.width, self.camera.height):
             raise DeviceError(

@@ -293,7 +293,7 @@ class MobileBase:
         return later
 
     def _check(self, state: RobotState) -> None:
-        """DeviceError if a report says that the robot must not go on."""
+        """Raise DeviceError if a report says that the robot must not go on."""
         here = self.place(state)
         for said, pressed in (("front", state.front_bumpers), ("rear", state.rear_bumpers)):
             if any(pressed):
@@ -329,7 +329,7 @@ class _Watch:
         self._held = 0.0
 
     def check(self, state: RobotState, motion: Motion) -> None:
-        """DeviceError if nothing has moved for too long although `motion` was commanded."""
+        """Raise DeviceError if nothing has moved for too long although `motion` was commanded."""
         off = self._pose.between(state.pose)
         moved = max(abs(off.x), abs(off.y)) > BLOCKED_WAY or abs(off.heading) > BLOCKED_TURN
         since, self._last = state.at - self._last, state.at

@@ -376,7 +376,7 @@ def _along(one: FloatArray, other: FloatArray) -> list[Box]:
 def _draw_words(
     canvas: _Canvas, taken: Sequence[Taken], found: Sequence[Found], drawn: list[Box]
 ) -> None:
-    """The views' numbers and what was recognised, clear of one another, with lines to them."""
+    """Draw the views' numbers and what was recognised, clear of one another, with lines to them."""
     anchors = [canvas.at(view.robot.x, view.robot.y) for view in taken]
     texts = [str(view.number) for view in taken]
     for each in found:
@@ -399,7 +399,7 @@ def _draw_words(
 
 
 def _draw_ellipse(canvas: _Canvas, view: Taken) -> None:
-    """Two standard deviations of the pinhole's place over the floor."""
+    """Draw two standard deviations of the pinhole's place over the floor."""
     values, vectors = np.linalg.eigh(view.covariance[:2, :2])
     axes = ELLIPSE_SDS * np.sqrt(np.maximum(values, 0.0)) * canvas.scale
     # The picture's y axis points down, so angles turn the other way.

@@ -170,7 +170,7 @@ class Record:
         self._write_log()
 
     def _write_all(self) -> None:
-        """The log first: a later run resumes from it."""
+        """Write the log first, then the rest: a later run resumes from the log."""
         self._write_log()
         for name, text in (
             (TRANSFORMS_FILE, _format_transforms(self._optics, self._taken)),

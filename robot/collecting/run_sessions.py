@@ -109,7 +109,7 @@ def last_place(folder: Path) -> LastPlace | None:
 
 
 def _find_last_report(folder: Path, lines: Sequence[Mapping[str, object]]) -> LastPlace | None:
-    """By the last report of the last run; None without a log of its traffic."""
+    """Return the last report of the last run; None without a log of its traffic."""
     path = folder / TRAFFIC_FILE
     if not path.is_file():
         return None

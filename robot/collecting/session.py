@@ -46,13 +46,13 @@ class Listener(Protocol):
     """Gets the events of a collection; it may ignore all of them."""
 
     def view_taken(self, done: int, total: int, view: Taken) -> None:
-        """A view was taken and written."""
+        """Report a view that was taken and written."""
 
     def warn(self, message: str) -> None:
-        """A warning."""
+        """Report a warning."""
 
     def note(self, message: str) -> None:
-        """An assumption that was made."""
+        """Report an assumption that was made."""
 
     def ended_early(self, ended: "Ended", there: int, total: int) -> None:
         """It ended with so many of the views `there`; what is raised besides is the same."""

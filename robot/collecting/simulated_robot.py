@@ -104,7 +104,7 @@ def is_simulated(robot: ConnectedRobot) -> bool:
 
 
 def check_start(robot: ConnectedRobot, start: Pose2, warn: Callable[[str], None]) -> None:
-    """InputError if a simulated robot stands elsewhere than at `start` in its world.
+    """Raise InputError if a simulated robot is elsewhere than at `start` in its world.
 
     It stays where an earlier session left it, and unlike a real robot's that place is not visible.
     """

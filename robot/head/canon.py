@@ -123,7 +123,7 @@ def encode_angle(counts: int) -> bytes:
 
 
 def parse_position(data: bytes) -> tuple[int, int]:
-    """Pan and tilt in counts, of eight digits; CanonSyntaxError if they are not that."""
+    """Parse pan and tilt in counts, of eight digits; CanonSyntaxError if they are not that."""
     if len(data) != 8:
         raise CanonSyntaxError(f"a position has 8 digits, not {len(data)}")
     return number(data[:4]) - MIDDLE, number(data[4:]) - MIDDLE
@@ -210,7 +210,7 @@ class CanonModel:
 
 
 def angles_to_counts(pan: float, tilt: float) -> tuple[int, int]:
-    """Nearest counts of angles in radians, pan left positive; within half a count."""
+    """Return the nearest counts of angles in radians, pan left positive; within half a count."""
     return (
         round(-math.degrees(pan) * COUNTS_PER_DEGREE),
         round(math.degrees(tilt) * COUNTS_PER_DEGREE),

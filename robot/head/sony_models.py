@@ -44,7 +44,7 @@ class SonyModel:
         )
 
     def counts(self, pan: float, tilt: float) -> tuple[int, int]:
-        """Nearest counts of angles in radians, pan left positive; within half a count.
+        """Return the nearest counts of angles in radians, pan left positive; within half a count.
 
         >>> import math
         >>> EVI_D30.counts(math.radians(-30), math.radians(-10))

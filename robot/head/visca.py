@@ -296,7 +296,7 @@ class Version:
 
     @classmethod
     def of(cls, data: bytes) -> "Version":
-        """From the answer's data; ViscaSyntaxError if it has not seven bytes."""
+        """Parse the answer's data; raise ViscaSyntaxError if it has not seven bytes."""
         if len(data) != 7:
             raise ViscaSyntaxError(f"a version has 7 bytes, not {len(data)}")
         vendor, model, firmware = (int.from_bytes(data[i : i + 2]) for i in (0, 2, 4))
@@ -309,7 +309,7 @@ class Version:
 
 
 def parse_position(data: bytes) -> tuple[int, int]:
-    """Pan and tilt in counts, of a position inquiry's data; ViscaSyntaxError if it is none."""
+    """Parse pan and tilt in counts, of a position inquiry's data; ViscaSyntaxError if none."""
     if len(data) != 8:
         raise ViscaSyntaxError(f"a position has 8 bytes, not {len(data)}")
     return number(data[:4]), number(data[4:])

@@ -334,7 +334,7 @@ class AuxLine:
             self._link.send(make_text_command(self._numbers.send, chunk))
 
     def receive(self, count: int, timeout: float) -> bytes:
-        """Exactly `count` bytes from the device; DeviceTimeout if they do not come."""
+        """Read exactly `count` bytes from the device; raise DeviceTimeout if they do not come."""
         deadline = time.monotonic() + timeout
         asked_at = None
         while len(self._waiting) < count:

@@ -85,11 +85,11 @@ class Exchange(ABC):
 
     @abstractmethod
     def _take(self, received: Received, now: float) -> None:
-        """A packet has come."""
+        """Take a packet that has come."""
 
     @abstractmethod
     def _handle_timeout(self, now: float) -> None:
-        """No answer has come in time."""
+        """Act where no answer has come in time."""
 
 
 BAUDS = (9600, 38400, 19200, 115200, 57600)

@@ -240,7 +240,7 @@ class Pioneer:
             )
 
     def switch_sonars(self, on: bool) -> None:
-        """Sonars on, as they are at first, or off.
+        """Switch the sonars on, as they are at first, or off.
 
         Without them reports are half as long: a slow line keeps up, a bad one loses fewer.
         """

@@ -64,7 +64,7 @@ class ReplayPort:
             yield chunk.at, chunk.incoming, chunk.data
 
     def write(self, data: bytes) -> None:
-        """Ignored."""
+        """Ignore what is written."""
 
     def set_baud(self, baud: int) -> None:
         """Forget it."""

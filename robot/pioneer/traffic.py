@@ -75,11 +75,11 @@ class TrafficLog:
         self._put((at, "", b"", {"schema": SCHEMA, "start": wall, **details}))
 
     def incoming(self, at: float, data: bytes) -> None:
-        """Bytes that came; b"" marks a discarded incomplete packet."""
+        """Log bytes that came; b"" marks a discarded incomplete packet."""
         self._put((at, "in", data, {}))
 
     def log_outgoing(self, at: float, data: bytes, name: str | None = None) -> None:
-        """Bytes that were sent, and their name if the bytes alone do not give it."""
+        """Log bytes that were sent, and their name if the bytes alone do not give it."""
         self._put((at, "out", data, {} if name is None else {"name": name}))
 
     def note(self, at: float, **details: object) -> None:

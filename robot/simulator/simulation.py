@@ -94,7 +94,7 @@ class Simulation:
         return self._to_client.pull(now)
 
     def receive_at_head(self, data: bytes, now: float) -> None:
-        """Bytes that come to a head with a port of its own."""
+        """Take bytes that come to a head with a port of its own."""
         self.advance(now)
         if self._has_own_port and self.head is not None and not self._head_silent:
             self.head.receive(data, now)

@@ -218,7 +218,7 @@ def _make_error(name: str, text: str, place: tuple[str | int, ...], said: str) -
 
 
 def _check_names(name: str, text: str, setup: WorldSetup) -> None:
-    """InputError for names that the project does not have."""
+    """Raise InputError for names that the project does not have."""
     if setup.scene.world not in WORLDS:
         said = f"no world {setup.scene.world!r}; there are {', '.join(WORLDS)}"
         raise _make_error(name, text, ("scene", "world"), said)

@@ -19,7 +19,7 @@ SHOWN = 6
 
 @dataclass(frozen=True, slots=True)
 class Degrees:
-    """What a step came to: views `used`, the highest degree of each model that holds for
+    """Result of a step: views `used`, the highest degree of each model that holds for
     something, and the largest standard deviation of a vertex (the scene's unit); `polished` of the
     last step.
     """

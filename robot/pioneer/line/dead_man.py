@@ -30,18 +30,18 @@ class DeadMan:
         self._ends = math.inf
 
     def hold(self, until: float, stop: bytes, now: float) -> None:
-        """The driver is heard: it may drive until a time, and `stop` is written then."""
+        """Let the driver drive until a time; `stop` is written then."""
         self._until, self._stop = until, stop
         if now < until:
             self._next, self._ends = until, math.inf
 
     def release(self) -> None:
-        """The robot stands: nothing is to be written when the driver is heard no more."""
+        """Write nothing when the driver falls silent: the robot does not move."""
         self._until = self._next = self._ends = math.inf
         self._stop = b""
 
     def expire(self, now: float) -> None:
-        """The lease, if there is one, ends now: the driver is gone."""
+        """End the lease now, if there is one: the driver is gone."""
         if self._stop and now < self._until:
             self._until = self._next = now
 

@@ -116,7 +116,7 @@ class _LineOwner:
             )
 
     def _serve(self, port: SerialPort | TcpPort) -> None:
-        """Until the driver closes the line or is gone; DeviceError if the line breaks."""
+        """Serve until the driver closes the line or is gone; DeviceError if the line breaks."""
         poll = select.poll()
         poll.register(self._driver, select.POLLIN)
         poll.register(port.fileno(), select.POLLIN)

@@ -76,7 +76,7 @@ class LineProcess:
         self._ask(Ask.WRITE, data)
 
     def hold(self, until: float, stop: bytes) -> None:
-        """The robot may be driven until a time (monotonic): then `stop` is written to it.
+        """Let the robot be driven until a time (monotonic); `stop` is written to it then.
 
         What is written after that time is dropped, until there is a later one.
         """
@@ -84,7 +84,7 @@ class LineProcess:
         self._ask(Ask.HOLD, LEASE_END.pack(until) + stop)
 
     def release(self) -> None:
-        """The robot stands: nothing needs to be written to stop it."""
+        """Write nothing at the end: the robot does not move."""
         self._dead_man.release()
         self._ask(Ask.RELEASE)
 

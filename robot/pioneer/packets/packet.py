@@ -169,7 +169,7 @@ class Receiver:
         return self._decoder.feed(data, now)
 
     def idle(self, now: float) -> list[Received] | None:
-        """To be called when nothing came: None, or the packets inside one that is discarded."""
+        """Give up waiting: return None, or the packets inside a discarded one."""
         if not self._decoder.waiting or now - self._last_byte < BODY_TIMEOUT:
             return None
         self.given_up += 1

@@ -79,7 +79,7 @@ class Camera:
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Pictures are taken while at least one looks."""
+        """Keep pictures coming while at least one client looks."""
         with self._changed:
             self._watchers += 1
         try:

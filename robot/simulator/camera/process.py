@@ -57,7 +57,7 @@ def _compute_homography(camera: Camera, start: Pose, end: Pose) -> FloatArray:
 
 
 def measure_smear_px(camera: Camera, start: Pose, end: Pose) -> float:
-    """By how many pixels a picture moves between two poses, at most; see `_compute_homography`."""
+    """Return the most pixels that a picture moves between two poses; see `_compute_homography`."""
     size = np.array([camera.width - 1, camera.height - 1])
     pixels = np.array([(*(size * probe), 1.0) for probe in PROBES]).T
     moved = _compute_homography(camera, start, end) @ pixels

@@ -130,7 +130,7 @@ class Settings:
         )
 
     def changed(self, command: Command, value: int) -> "Settings":
-        """After a command that sets something; unchanged by any other, and by a limit of zero."""
+        """Return the settings after a command; other commands and limits of zero change none."""
         match command:
             case Command.BUMPSTALL if 0 <= value <= BOTH_RINGS:
                 return replace(self, bump_stall=value)
@@ -204,7 +204,7 @@ class Drive:
         self.reset()
 
     def reset(self) -> None:
-        """As after power-on: motors off, settings and odometry as at first."""
+        """Reset as after power-on: motors off, settings and odometry as at first."""
         self.settings = Settings.of(self.configuration, self.parameters)
         ahead, turn = self.settings.ramps()
         self.servo = Servo(ahead, turn, *self.settings.get_hard_decelerations())
@@ -219,14 +219,14 @@ class Drive:
             self.configuration = replace(self.configuration, serial_number=serial_number)
 
     def enable(self, on: bool) -> None:
-        """Motors on, unless the stop button is pressed, or off; motion commands are cleared."""
+        """Switch motors on, unless the stop button is pressed, or off; clear motion commands."""
         on = on and not self.stop_button
         if on != self.motors:
             self.motors = on
             self.servo.stop()
 
     def press_stop_button(self, now: float, *, pressed: bool) -> None:
-        """The red button: motors go off and cannot be switched on until it is released."""
+        """Press the red button: motors go off and cannot be switched on until it is released."""
         self.stop_button = pressed
         if pressed:
             self.enable(False)
@@ -259,7 +259,7 @@ class Drive:
         self.contacts.step(now, blocked=body.blocked, bumped=bumped)
 
     def obey(self, command: Command, packet: Packet) -> None:
-        """Carries out a command of motion or its settings; others change nothing.
+        """Carry out a command of motion or its settings; others change nothing.
 
         PacketError if its argument is malformed.
         """

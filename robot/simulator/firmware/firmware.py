@@ -41,7 +41,7 @@ class AuxPort:
     _wanted: int = field(default=0, init=False)
 
     def send(self, data: bytes, now: float) -> None:
-        """Bytes from the client to the device, which ignores them at the wrong baud rate."""
+        """Send bytes from the client to the device, which ignores them at the wrong baud rate."""
         if self.device is not None and not self.silent and self.baud == self.device_baud:
             self.device.receive(data, now)
 
@@ -52,7 +52,7 @@ class AuxPort:
         self._wanted = min(count, LARGEST_REQUEST)
 
     def set_baud(self, code: int) -> None:
-        """AUX1BAUD and its like; codes that mean no speed are ignored."""
+        """Set the baud rate of an AUX port; codes that mean no speed are ignored."""
         if 0 <= code < len(BAUD_RATES):
             self.baud = BAUD_RATES[code]
 
@@ -216,7 +216,7 @@ class Firmware:
             self._step(at)
 
     def power_cycle(self, now: float, seconds: float = BOOT_SECONDS) -> None:
-        """Off and on again: silent for so long, then a reset packet; all settings are lost."""
+        """Switch off and on: silent for so long, then a reset packet; all settings are lost."""
         self.advance(now)
         self._start()
         self._boot_until = now + seconds

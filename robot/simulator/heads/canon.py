@@ -260,7 +260,7 @@ class CanonHead:
         return DONE
 
     def _change_speed(self, now: float) -> None:
-        """A new speed holds for the motion under way as well (manual, page 27)."""
+        """Set the speed, which holds for the motion under way as well (manual, page 27)."""
         if now < self._initialized_at + MIDDLE_S:
             return
         if now < self._pan.end:

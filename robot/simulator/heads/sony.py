@@ -58,7 +58,7 @@ class SonyMotion:
         self._pan = self._tilt = self._zoom = Slew.standing(0.0)
 
     def place(self, now: float) -> tuple[float, float]:
-        """Pan and tilt in counts."""
+        """Return pan and tilt in counts."""
         return self._pan.at(now), self._tilt.at(now)
 
     def zoom(self, now: float) -> float:
@@ -203,7 +203,7 @@ class SonyHead:
             self._order(command, now)
 
     def _check_range(self, command: Command) -> None:
-        """ViscaSyntaxError for a place that the head cannot reach, as the real one answers."""
+        """Raise ViscaSyntaxError for a place out of reach, as the real head answers."""
         model = self._model
         match command:
             case AbsoluteMove(pan, tilt):

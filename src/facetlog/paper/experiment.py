@@ -62,7 +62,7 @@ class VertexRun:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Experiment:
-    """What a run found.
+    """Results of a run.
 
     `ungrown` and `grown` are the numbers of 2-D vertices in all pictures by thresholding alone and
     with region growing, `seconds` the time of detection in one picture, `total_seconds` that of all

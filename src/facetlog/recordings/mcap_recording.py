@@ -24,7 +24,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rosbags.interfaces import Nodetype
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError, make_missing_extra_error
@@ -43,6 +42,7 @@ if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
 
 try:
+    from rosbags.interfaces import Nodetype
     from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
     from rosbags.typesys import Stores, get_typestore
 except ModuleNotFoundError as exc:
