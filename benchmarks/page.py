@@ -20,7 +20,7 @@ def make_headline_page(reports: Reports, template: str | None = None) -> str:
     """Return the page of headline figures.
 
     A figure is taken from the first row with the given values of the tables whose title begins as
-    given; `{column:%}` is a share. Raises LookupError for one that the reports do not have.
+    given; `{column:%}` is a share. Raise LookupError for one that the reports do not have.
     """
 
     def with_cells(match: re.Match[str]) -> str:

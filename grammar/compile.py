@@ -64,7 +64,7 @@ class Program:
 def compiled(analysis: Analysis) -> Program:
     """Return the program of a file's models.
 
-    Raises RuleSyntaxError, with all faults, if the file has errors.
+    Raise RuleSyntaxError, with all faults, if the file has errors.
     """
     if analysis.errors:
         text = "\n".join(

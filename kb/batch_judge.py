@@ -56,7 +56,7 @@ class BatchJudge(Closing):
     """The built-in models and the user's, judged on many scenes; arguments as for
     `open_knowledge_base`. `limits` hold for all verdicts on one scene.
 
-    It belongs to one thread. Raises RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is
+    It belongs to one thread. Raise RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is
     missing or too old.
     """
 
@@ -167,7 +167,7 @@ class BatchJudge(Closing):
         """Return the verdict of each model on each thing of a scene, things and models in their
         order.
 
-        `rows` are the facts, or for each functor its rows without it. Raises EngineError if a limit
+        `rows` are the facts, or for each functor its rows without it. Raise EngineError if a limit
         is reached; the next scene is judged as if nothing had been.
         """
         return self.judge_columns(_collect_columns(rows))

@@ -135,7 +135,7 @@ class Calibration:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "Calibration":
-        """Return the maps that `to_json` wrote. Raises ValueError for anything else."""
+        """Return the maps that `to_json` wrote. Raise ValueError for anything else."""
         try:
             if data["schema"] != SCHEMA:
                 raise ValueError(f"a calibration has the schema {SCHEMA}, not {data['schema']}")

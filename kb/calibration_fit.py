@@ -86,7 +86,7 @@ def fit(samples: Iterable[Sample], contents: Mapping[str, str]) -> Calibration:
     """Return the maps of all kinds of input and states that have samples; `contents` holds the
     content key of each model.
 
-    A kind has maps of each state that any kind has. Raises KeyError for a model whose content is
+    A kind has maps of each state that any kind has. Raise KeyError for a model whose content is
     not given.
     """
     every = tuple(samples)
@@ -251,7 +251,7 @@ def build_reliability_table(
 ) -> tuple[Bin, ...]:
     """Return the bins of equal width that hold anything, from the lowest.
 
-    Raises ValueError for a probability outside [0, 1], or if there is not one truth for each.
+    Raise ValueError for a probability outside [0, 1], or if there is not one truth for each.
 
     >>> table = build_reliability_table([0.25, 0.2, 0.9], [True, False, True], bins=2)
     >>> [(b.count, b.said, b.true) for b in table]

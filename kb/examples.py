@@ -22,7 +22,7 @@ __all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "list_example_cases",
 SceneMaker: TypeAlias = Callable[[s.SceneFile | s.SceneBuilt, Path], Iterable[Fact]]
 """The facts of an example's scene; the path is that of the model file.
 
-Raises InputError for a file that is no scene, and for sizes that nothing can have.
+Raise InputError for a file that is no scene, and for sizes that nothing can have.
 """
 
 SCENE = "example"
@@ -227,5 +227,5 @@ def _find_main_thing(base: KnowledgeBase, case: Case) -> str | None:
 
 
 def _square_diagonal(lengths: Sequence[object]) -> float:
-    """Return squared, of the least box round a thing: a flat one has a size as well."""
+    """Return the squared diagonal of the least box round a thing: a flat one has a size as well."""
     return sum(float(x) ** 2 for x in lengths if isinstance(x, int | float))

@@ -122,7 +122,7 @@ class KnowledgeBase(Closing):
 
         `cache_key` says what the facts are made from and by what: if facts of that key were loaded
         before, compiled ones are taken, and `facts` is not read at all. `on_demand` makes those
-        that `facts` leaves out, once they are asked for. Raises EngineError, and leaves nothing
+        that `facts` leaves out, once they are asked for. Raise EngineError, and leaves nothing
         behind, if a fact is not one of the schema.
         """
         began, module = perf_counter(), scene_module()
@@ -154,7 +154,7 @@ class KnowledgeBase(Closing):
         return scene
 
     def drop_scene(self, name: str) -> None:
-        """Forget the scene. Raises KeyError if there is none of that name."""
+        """Forget the scene. Raise KeyError if there is none of that name."""
         with self._lock:
             scene = self._scenes.pop(name)
             self._check_open()
@@ -172,7 +172,7 @@ class KnowledgeBase(Closing):
         file loaded before. A file in the model language is compiled to clauses that have no
         effect; the files whose models it asks about are loaded before it, unless they are already.
         A file in Prolog is a program, which may do anything: it must be `trusted`.
-        Raises RuleSyntaxError, naming file and line, if the file cannot be read, uses a word that
+        Raise RuleSyntaxError, naming file and line, if the file cannot be read, uses a word that
         there is not, is in Prolog and not trusted, or defines a model that another user's file
         defines.
         """
@@ -216,7 +216,7 @@ class KnowledgeBase(Closing):
         """Return the answers to a question, which stream as they are read; at most `most` of them.
 
         `goal` is written as in docs/queries.md. `bindings` gives values to its variables. It is
-        about all scenes, or those named. Raises QueryError for a question that cannot be asked, and
+        about all scenes, or those named. Raise QueryError for a question that cannot be asked, and
         from the answers EngineError where a limit is reached.
         """
         limits = limits or self.limits
@@ -317,7 +317,7 @@ class KnowledgeBase(Closing):
         """Return where something of a scene, or a fact, comes from: down to views and pixels.
 
         `about` is the name of a face, edge, vertex, thing, piece, opening or view, or the fact as
-        text, of which later arguments may be left out: "angle(f1, f2)". Raises QueryError if the
+        text, of which later arguments may be left out: "angle(f1, f2)". Raise QueryError if the
         scene has nothing of that name.
         """
         origin: Origin = decode_record(self._request_explanation("origin", scene, (about,)), Origin)
@@ -365,7 +365,7 @@ class KnowledgeBase(Closing):
     def forget(self, operation: str, kept: str) -> bool:
         """Send the request that forgets what was kept, when all that is asked now has ended.
 
-        Returns whether it is forgotten already.
+        Return whether it is forgotten already.
         """
         if self._closed:
             return False

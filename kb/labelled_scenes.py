@@ -34,7 +34,7 @@ def read_labelled_cases(
     """Return the cases of a table in CSV; scene files are named beside it, and read by `facts` when
     asked.
 
-    `on_demand` makes the facts that `facts` leaves out. Raises InputError, with the line, for what
+    `on_demand` makes the facts that `facts` leaves out. Raise InputError, with the line, for what
     is no such table, and for models not `known`.
     """
     reader = csv.DictReader(io.StringIO(_text(path), newline=""))

@@ -42,7 +42,7 @@ def list_rule_files(folder: Path) -> tuple[Path, ...]:
 def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:
     """Return the files of models that these files and folders name, folders in alphabetical order.
 
-    Raises RuleSyntaxError for a path that is not there and for a folder without models.
+    Raise RuleSyntaxError for a path that is not there and for a folder without models.
     """
     found: list[Path] = []
     for path in map(Path, paths):

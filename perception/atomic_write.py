@@ -25,7 +25,7 @@ def write_atomically(path: Path, content: bytes) -> None:
 def open_atomically(path: Path) -> Iterator[BinaryIO]:
     """Open a file beside its place, which is renamed there at the end if nothing was raised.
 
-    Raises InputError if the folder cannot be written to; an older file is then left as it was, else
+    Raise InputError if the folder cannot be written to; an older file is then left as it was, else
     its permissions are kept. A link stays one: its target is written, also where there is none yet.
     What is no file (a pipe, a device) is written to as it stands.
     """

@@ -89,7 +89,7 @@ def entries(folder: Path) -> Iterator[tuple[str, bytes]]:
 
 
 def build(folder: Path, out: Path) -> None:
-    """Writes a .vsix; its entries have the date of the format's beginning, so that bytes stay."""
+    """Write a .vsix; its entries have the date of the format's beginning, so that bytes stay."""
     out.parent.mkdir(parents=True, exist_ok=True)
     with ZipFile(out, "w", ZIP_DEFLATED) as archive:
         for name, content in entries(folder):
@@ -97,7 +97,7 @@ def build(folder: Path, out: Path) -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Writes the file, and its path on standard output."""
+    """Write the file, and its path on standard output."""
     package = json.loads((EXTENSION / "package.json").read_text(encoding="utf-8"))
     default = ROOT / "dist" / f"{package['name']}-{package['version']}.vsix"
     parser = argparse.ArgumentParser(description=__doc__)

@@ -299,7 +299,7 @@ def _legend(left: int, top: int) -> Iterator[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Draws the picture, or says that it is not up to date; see the top of the file."""
+    """Draw the picture, or say that it is not up to date; see the top of the file."""
     wanted = picture()
     if PICTURE.is_file() and PICTURE.read_text(encoding="utf-8") == wanted:
         return 0

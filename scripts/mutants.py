@@ -115,7 +115,7 @@ class Program:
             self._answers.put(line)
 
     def ask(self, question: str) -> Any:
-        """The answer. Raises Empty if it takes too long or the mutant died, ValueError if it cannot
+        """The answer. Raise Empty if it takes too long or the mutant died, ValueError if it cannot
         be read."""
         self._questions.write(question)
         self._questions.flush()
@@ -137,13 +137,13 @@ class Program:
         return True
 
     def become(self, mutant: Mutant | None) -> None:
-        """Is the mutant from now on; without one, the program as it is. Raises as ask."""
+        """Become the mutant; without one, the program as it is. Raise as `ask`."""
         file = mutant.file if mutant else FILES[0]
         text = mutant.text() if mutant else _text(file)
         self._mutant = self.ask(f"mutant({str(ROOT / file)!r}, {json.dumps(text)}).\n")
 
     def done(self) -> None:
-        """Ends the mutant, whatever it is at."""
+        """End the mutant, whatever it is at."""
         if self._mutant is not None:
             with suppress(ProcessLookupError):
                 os.kill(self._mutant, signal.SIGKILL)
@@ -153,7 +153,7 @@ class Program:
         self._mutant = None
 
     def close(self) -> None:
-        """Ends all processes."""
+        """End all processes."""
         os.killpg(self._process, signal.SIGKILL)
 
 
@@ -168,7 +168,7 @@ class Killers:
         """How many were killed because they said nothing in time."""
 
     def learn(self, program: Program) -> None:
-        """What the program says as it is. Raises SystemExit if a test fails already."""
+        """What the program says as it is. Raise SystemExit if a test fails already."""
         program.become(None)
         for case in self._cases:
             self._said.append(program.ask(written(case)))
@@ -260,12 +260,12 @@ class Worker:
             return True
 
     def close(self) -> None:
-        """Ends the program."""
+        """End the program."""
         self._program.close()
 
 
 def main() -> int:
-    """Prints the survivors of each file."""
+    """Print the survivors of each file."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--only", action="append", help="a file, such as meaning/forms.pl")
     parser.add_argument("--cases", type=int, default=CASES, help="that each mutant is tried on")

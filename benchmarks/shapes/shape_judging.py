@@ -105,7 +105,7 @@ def sample_noisy_cloud(mesh: Mesh, name: str) -> Cloud:
 
 
 def scene_of(task: Task) -> Scene:
-    """Return the scene of a shape. Raises FacetlogError if it cannot be read."""
+    """Return the scene of a shape. Raise FacetlogError if it cannot be read."""
     up = None if task.up is None else UP_AXES[task.up]
     if task.file is not None and not task.sampled:
         return read_shape(Path(task.file), ShapeOptions(up=up, unit=task.unit))

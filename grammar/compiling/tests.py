@@ -118,7 +118,7 @@ class Writer(MeasureWriter):
         return Struct("soft", (test, share)) if share and limit != 0 else test
 
     def _write_near(self, measure: Term, target: Term, share: float) -> Struct:
-        """Return within a share of the target."""
+        """Return the test that a measure is within a share of the target."""
         if is_number(target):
             return Struct("near", (measure, target, scaled(share, _drop_sign(target))))
         # The target's own deviation counts once at either edge.

@@ -207,7 +207,7 @@ class _Finder:
                 self._find_in_statement(statement)
 
     def unreadable(self, file: s.File) -> None:
-        """Iterate over the known words of statements that cannot be read."""
+        """Find the known words of statements that cannot be read."""
         readable = Readable(file)
         self.sure = False
         self.model = ""

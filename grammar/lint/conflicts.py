@@ -373,7 +373,7 @@ def find_repeats(claims: Claims, reported: set[Place]) -> Iterator[Fault]:
 
 
 def _quote(claims: Iterable[Claim], at: Claim) -> str:
-    """Return other conditions as a message names them that stands at a claim."""
+    """Return the words for other conditions in a message that stands at a claim."""
     said = [
         f"`{shorten(c.origin.source, c.node)}` ({_describe_place(c.origin, at.origin.source)})"
         for c in {c.place: c for c in claims}.values()

@@ -188,7 +188,7 @@ class Engine:
     ) -> Generator[tuple[Reply, bool], None, None]:
         """Return each reply of request/4, and whether it is the last one; closing closes the query.
 
-        Raises CrashError if Prolog raises.
+        Raise CrashError if Prolog raises.
         """
         if self._request is None:
             self._request = self._find_predicate(b"request", 4, b"facetlog_bridge")
@@ -275,7 +275,7 @@ def start() -> Engine:
     """Return the process's SWI-Prolog with bridge.pl loaded; the first caller's thread is its main
     one.
 
-    Raises EngineError if it is missing, too old, or does not load.
+    Raise EngineError if it is missing, too old, or does not load.
     """
     with _starting:
         return _started()

@@ -95,7 +95,7 @@ class _Worker:
         return self._spent
 
     def wait_ready(self) -> None:
-        """Return when the worker can serve; raises what hinders it."""
+        """Wait until the worker can serve; raise what hinders it."""
         self._ready.wait()
         if self._trouble is not None:
             raise self._trouble
@@ -282,7 +282,7 @@ class EnginePool:
         self._at_exit = False
 
     def wait_ready(self) -> None:
-        """Return when SWI-Prolog runs; EngineError if it cannot."""
+        """Wait until SWI-Prolog runs; EngineError if it cannot."""
         self._keeper.wait_ready()
         with self._lock:
             if not self._at_exit:
@@ -294,7 +294,7 @@ class EnginePool:
         """Return the replies to a request, one for each solution; the first one is being worked
         out.
 
-        Raises EngineError in a process forked from the one that started Prolog, if too many
+        Raise EngineError in a process forked from the one that started Prolog, if too many
         questions are open, and after `close`.
         """
         if self._process != os.getpid():

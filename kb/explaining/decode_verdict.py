@@ -20,14 +20,14 @@ __all__ = ["decode_verdict", "decode_verdicts"]
 
 
 def decode_verdicts(term: Term, *, length_unit: str | None) -> tuple[Verdict, ...]:
-    """Return the verdicts of a list, in its order. Raises EngineError if it cannot be read."""
+    """Return the verdicts of a list, in its order. Raise EngineError if it cannot be read."""
     if isinstance(term, tuple):
         return tuple(decode_verdict(item, length_unit=length_unit) for item in term)
     raise unreadable(term)
 
 
 def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
-    """Return the verdict of verdict/10 of judge.pl. Raises EngineError if it cannot be read."""
+    """Return the verdict of verdict/10 of judge.pl. Raise EngineError if it cannot be read."""
     verdict: Verdict = decode_record(term, Verdict, {Part: _part, Proof: _decode_proof})
     return replace(verdict, length_unit=length_unit)
 

@@ -56,7 +56,7 @@ class Margin:
 
     @property
     def nearness(self) -> Nearness:
-        """Sorts changes from the least, of measures of all kinds (proof.py)."""
+        """Sort key of changes from the least, of measures of all kinds (proof.py)."""
         return nearness(self.change, self.value, self.sd, self.kind)
 
     def text(self) -> str:

@@ -22,7 +22,7 @@ def decode_record(term: Term, kind: Any, decoders: Decoders | None = None) -> An
     A compound is a dataclass (or a tuple of fixed length) whose fields are its arguments in order,
     a list is a tuple of any length, and what may be None is a list of at most one value. Of several
     dataclasses that one is meant whose `functor` the compound has. `decoders` decode other types.
-    Raises EngineError for a term of another form.
+    Raise EngineError for a term of another form.
     """
     return _decode_value(term, kind, decoders or {})
 

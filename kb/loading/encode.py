@@ -18,7 +18,7 @@ Fact: TypeAlias = tuple[str | int | float, ...]
 def format_fact_clause(fact: Fact) -> str:
     """Return the fact as one clause, with its full stop.
 
-    Raises TypeError for what is no fact, and ValueError for a number that is not finite.
+    Raise TypeError for what is no fact, and ValueError for a number that is not finite.
 
     >>> format_fact_clause(("angle", "f1", "f2", 90.25, 1e-05))
     "'angle'('f1','f2',90.25,1.0e-05)."

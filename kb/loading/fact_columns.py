@@ -33,7 +33,7 @@ FLOAT = np.dtype([("byte", "u1"), ("value", "<f8")])
 def build_facts_request(scene: str, facts: Sequence[Fact]) -> str:
     """Return the text that adds the facts to the module `scene`; those of a kind stay in order.
 
-    Raises TypeError for what is no fact, and ValueError for a number that is not finite.
+    Raise TypeError for what is no fact, and ValueError for a number that is not finite.
     """
     kinds: dict[tuple[object, int], list[Fact]] = defaultdict(list)
     for fact in facts:

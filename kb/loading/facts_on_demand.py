@@ -26,7 +26,7 @@ FEWEST = 3  # names in a matrix: of fewer the columns are as good
 def encode_facts(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
     """Return the facts of the module `scene` by functor and number of arguments, column by column.
 
-    Raises TypeError for what is no fact, and ValueError for a number that is not finite.
+    Raise TypeError for what is no fact, and ValueError for a number that is not finite.
     """
     names: tuple[str, ...] = ()
     matrices: list[str] = []

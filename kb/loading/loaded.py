@@ -58,7 +58,7 @@ class LoadedScene:
 def decode_rule_file(term: Term, path: Path, files: tuple[Path, ...]) -> RuleFile:
     """Return the file that Prolog has loaded, without digests; `files` is what it is from.
 
-    Raises EngineError if the reply is something else.
+    Raise EngineError if the reply is something else.
     """
     names: tuple[str, ...]
     pairs: tuple[tuple[str, tuple[str, ...]], ...]
@@ -89,6 +89,6 @@ class Word:
 
 
 def decode_words(term: Term) -> tuple[Word, ...]:
-    """Return the words of question_words/1 of words.pl. Raises EngineError for anything else."""
+    """Return the words of question_words/1 of words.pl. Raise EngineError for anything else."""
     found = decode_record(term, tuple[tuple[tuple[str, int], str, str, str], ...])
     return tuple(Word(*indicator, *about) for indicator, *about in found)

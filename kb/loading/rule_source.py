@@ -66,7 +66,7 @@ LONGEST_BYTES = 1_000_000
 def read_rule_text(path: Path) -> str:
     """Return the text of the file, line ends as they are.
 
-    Raises RuleSyntaxError if it is not there, may not be read, is too large, or is not UTF-8; then
+    Raise RuleSyntaxError if it is not there, may not be read, is too large, or is not UTF-8; then
     the message names the line.
     """
     try:
@@ -117,7 +117,7 @@ def read_rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[Rule
     ask.
 
     Of these others, files that are `present` are left out with what they need.
-    Raises RuleSyntaxError, with all its faults, for a file that cannot be read or has any.
+    Raise RuleSyntaxError, with all its faults, for a file that cannot be read or has any.
     """
     if path.suffix != MODEL_SUFFIX:
         return (RuleSource(path, read_rule_text(path), (path,)),)

@@ -82,7 +82,7 @@ def get_default_folder(name: str = "scenes") -> Path:
 def cache_folder(name: str, folder: Path | None = None) -> Path | None:
     """Return that folder or NAME in the user's cache, made if need be; None for no cache at all.
 
-    Raises OSError or RuntimeError (no home directory) for one that is not the user's alone.
+    Raise OSError or RuntimeError (no home directory) for one that is not the user's alone.
     """
     if os.environ.get("FACETLOG_CACHE", "").lower() == OFF:
         return None

@@ -65,8 +65,7 @@ def _add_ridge(H: FloatArray) -> FloatArray:
 
 
 def solve_points(H: FloatArray, g: FloatArray) -> FloatArray:
-    """Return solve H x = g for positive semidefinite H (n, 3, 3) and g (n, 3); large where H is
-    singular.
+    """Solve H x = g for positive semidefinite H (n, 3, 3) and g (n, 3); large where H is singular.
 
     >>> solve_points(np.diag([2.0, 4.0, 8.0])[None], np.ones((1, 3))).round(9).tolist()
     [[0.5, 0.25, 0.125]]

@@ -64,7 +64,7 @@ class Estimates:
         return cls(values, np.sqrt(np.maximum(variances, 0.0)))
 
     def pairs(self) -> Iterator[tuple[float, float]]:
-        """Return iterate over (value, sd)."""
+        """Iterate over (value, sd)."""
         return zip(self.values.tolist(), self.sds.tolist(), strict=True)
 
 

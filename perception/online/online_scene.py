@@ -170,7 +170,7 @@ class OnlineScene:
         To polish is to reconstruct the kept views, which adjusts their poses, lenses and all
         corners together. If no view was let go the scene is then that of all views at once; else it
         stays as it is where the kept views alone show fewer faces or know their corners less well.
-        Returns what is to be said of the views, as `Update.problem`.
+        Return what is to be said of the views, as `Update.problem`.
         """
         problem = ""
         if polish and len(self._key.views) >= LEAST_VIEWS:

@@ -30,7 +30,7 @@ def export_pieces(scene: Scene, shown: ShownPieces) -> bytes:
     """Return the pieces of a scene as `.glb`: a node p1, p2, … each, coloured by kind.
 
     Those of which all faces are implied are striped. Nodes unseen1, … are what is unseen of the
-    space round each thing. Raises InputError if there are no pieces.
+    space round each thing. Raise InputError if there are no pieces.
     """
     if not shown:
         raise InputError(f"{scene.name}: has no pieces, there is no mesh to write")

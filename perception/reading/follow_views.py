@@ -32,7 +32,7 @@ class FollowedViews:
     a pose and the pictures that could not be read so far, at the end also an unreadable poses file.
     `up`, `metric` and `error_kind` are those of the poses file, from the first view on. InputError
     if nothing could be read at all, OutsideError for a picture outside of the folder unless the
-    file is `trusted` (own_folder.py).
+    file is `trusted` (path_guard.py).
     """
 
     def __init__(

@@ -103,7 +103,7 @@ class Lens:
         """The camera of the undistorted picture: same size and centre, focal length ≥ the lens's.
 
         The focal length is the least one at which every pixel comes from within the picture, since
-        a black rim would be mistaken for edges of the scene. Raises CalibrationError where there is
+        a black rim would be mistaken for edges of the scene. Raise CalibrationError where there is
         none: then the coefficients fold the picture over itself.
         """
         if self.is_pinhole:

@@ -84,7 +84,7 @@ def read_views(
     itself.
 
     Pictures are grey, as stored (not turned by EXIF), and undistorted, so that every View.camera is
-    a pure pinhole. Large ones are kept reduced (picture_of_view.py). A picture that
+    a pure pinhole. Large ones are kept reduced (view_image.py). A picture that
     is missing, damaged or not of its camera's size is left out and reported in `problems`, as long
     as two are left.
 
@@ -99,7 +99,7 @@ def read_views(
     keep
         A folder for poses that take minutes to find.
     trusted
-        Whether the file may name pictures outside of its folder (own_folder.py).
+        Whether the file may name pictures outside of its folder (path_guard.py).
     progress
         Called with ("pictures", done, all) after each picture, and likewise with other steps.
 

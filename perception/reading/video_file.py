@@ -73,7 +73,7 @@ class VideoFrames:
         number, size = frame.number or 0, _size(frame.source)
         count, size_then = self._ended.get(frame.source, (0, -1))
         if size == size_then and number >= count:
-            raise _describe_missing_frame(frame, count)
+            raise _make_missing_frame_error(frame, count)
         if self._capture is None or self._source != frame.source or self._next > number:
             self.close()
             self._capture, self._source, self._next = _opened(frame.source), frame.source, 0
@@ -87,7 +87,7 @@ class VideoFrames:
             if not whole or not (self._there or stated):
                 self._ended[frame.source] = (self._next, size)
                 self.close()  # it would not find what is written afterwards
-                raise _describe_missing_frame(frame, self._next)
+                raise _make_missing_frame_error(frame, self._next)
             self._next += 1
         return image
 
@@ -135,7 +135,7 @@ def _read_stated_count(source: str, capture: cv2.VideoCapture) -> int:
     return round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
 
 
-def _describe_missing_frame(frame: VideoFrame, count: int) -> InputError:
+def _make_missing_frame_error(frame: VideoFrame, count: int) -> InputError:
     return InputError(
         f"{frame.source} has no whole frame {frame.number}: it ends, or is cut off, after {count}"
     )

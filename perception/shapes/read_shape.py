@@ -120,9 +120,7 @@ _READERS: Mapping[str, Callable[[Path, ShapeOptions], Scene]] = MappingProxyType
 
 
 def read_stated(path: Path, options: ShapeOptions) -> Scene:
-    """Return read a shape as read_shape does, with the options applied to scene files, too
-    (`stated`).
-    """
+    """Read a shape as read_shape does, with the options applied to scene files, too (`stated`)."""
     scene = read_shape(path, options)
     return stated(scene, options) if is_scene_file(str(path)) else scene
 

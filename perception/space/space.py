@@ -118,7 +118,7 @@ class UnseenSpace:
 
     @classmethod
     def of(cls, space: Space) -> "UnseenSpace":
-        """Return choose cells that stand for the unseen part of a space."""
+        """Choose cells that stand for the unseen part of a space."""
         cells = np.argwhere(space.cells == State.UNSEEN)
         some = cells[(cells % EVERY == 0).all(axis=1)]
         chosen = some if len(some) else cells

@@ -114,7 +114,7 @@ def _to_json(value: object) -> object:
 def decode_scene(text: str | bytes, source: str = "scene") -> Scene:
     """Return the scene of a JSON text; `source` is what messages call it.
 
-    Raises SceneFileError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
+    Raise SceneFileError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
     """
     record = _record(text, source)
     try:

@@ -258,8 +258,9 @@ class MobileBase:
         return fault
 
     def _limit_to_free_way(self, state: RobotState, motion: Motion) -> tuple[Motion, bool]:
-        """Return slow a motion down to what the free way ahead allows; return it, and whether
-        the way is blocked."""
+        """Slow a motion down to what the free way ahead allows; return it, and whether the way
+        is blocked.
+        """
         if self._body is None or motion.speed <= 0:
             return motion, False
         free = measure_free_way(state.sonars, self._body, state.at, state.speed)

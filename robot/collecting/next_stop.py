@@ -56,7 +56,7 @@ class Around:
         return replace(self, radius=self.radius + margin, reach=reach)
 
     def to_json(self) -> Mapping[str, object]:
-        """Return as in the first line of collect.jsonl; metres, radians."""
+        """Return what the first line of collect.jsonl says of it; metres, radians."""
         limits, mount, camera = self.reach.limits, self.reach.mount, self.reach.camera
         return {
             "target": self.target.tolist(),

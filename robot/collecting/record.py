@@ -58,7 +58,7 @@ class Taken:
     notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, object]:
-        """Return as a line of collect.jsonl; lengths in metres, angles in degrees."""
+        """Return it for a line of collect.jsonl; lengths in metres, angles in degrees."""
         return {
             "view": self.number,
             "image": self.name,

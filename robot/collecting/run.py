@@ -219,7 +219,7 @@ class Collected:
 
 
 def run_collection(request: Request, listener: Listener) -> Collected:
-    """Return collects; faults during the collection end it early and are in the result.
+    """Collect; faults during the collection end it early and are in the result.
 
     InputError for a request that cannot be carried out, DeviceError or DeviceTimeout if robot, head
     or camera cannot be opened.

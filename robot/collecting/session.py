@@ -111,7 +111,7 @@ class Ended:
     why: str = ""
 
     def to_json(self) -> Mapping[str, object]:
-        """Return as a line of collect.jsonl, and of `--json`."""
+        """Return it for a line of collect.jsonl, and of `--json`."""
         fault = self.why or None if self.fault is None else str(self.fault)
         line = {"result": "ended", "taken": self.taken, "wanted": self.wanted, "fault": fault}
         if self.robot is None or not self.stands:
@@ -206,8 +206,9 @@ def record_end(rig: Rig, wanted: int, record: Record, listener: Listener) -> Ite
 
 
 def _end_early(rig: Rig, record: Record, listener: Listener, ended: Ended, total: int) -> Ended:
-    """Return stops, writes the end and reports it; the same with the robot's place, and its
-    fault worded for who goes on. Raises nothing: the first fault counts."""
+    """Stop, write the end and report it; return it with the robot's place, and its fault worded
+    for who goes on. Raise nothing: the first fault counts.
+    """
     ended = replace(ended, robot=rig.base.last_place)
     # A second Ctrl-C only cuts the wait short: the driver's exit stops the robot too.
     with suppress(FacetlogError, KeyboardInterrupt):

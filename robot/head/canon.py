@@ -83,7 +83,7 @@ class Answer:
     data: bytes = b""
 
     def to_bytes(self) -> bytes:
-        """Return as it goes over the line.
+        """Return the bytes that go over the line.
 
         >>> Answer(CanonError.BUSY).to_bytes().hex(" ")
         'fe 30 30 31 30 ef'

@@ -303,7 +303,7 @@ class Version:
         return cls(vendor, model, firmware, sockets=data[6])
 
     def to_bytes(self) -> bytes:
-        """Return as in the answer."""
+        """Return the bytes of the answer."""
         words = (self.vendor, self.model, self.firmware)
         return b"".join(word.to_bytes(2) for word in words) + bytes([self.sockets])
 

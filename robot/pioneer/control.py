@@ -311,7 +311,7 @@ class Control:
         now: float,
         alive: Callable[[], bool] | None = None,
     ) -> tuple[float, float]:
-        """Return commands speeds for `lease` seconds; returns them as clipped to the limits.
+        """Command speeds for `lease` seconds; return them as clipped to the limits.
 
         DeviceError if the robot cannot be driven or was stopped; the text says what to do.
         """

@@ -343,7 +343,7 @@ class Pioneer:
             self._link.send(packets[-1])
 
     def _request_configuration(self) -> Configuration | None:
-        """Return CONFIG with the present settings; None if it is not answered."""
+        """Ask for CONFIG with the present settings; None if it is not answered."""
         if self.configuration is None:
             return None
         question = make_integer_command(Command.CONFIG, 1)

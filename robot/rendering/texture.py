@@ -66,7 +66,7 @@ class Sheet:
     texture: Texture | None = None
 
     def scaled(self, scale: float) -> "Sheet":
-        """Return as `Texture.scaled`."""
+        """Scale the print and its texture, as `Texture.scaled`."""
         width, height = self.size
         texture = self.texture and self.texture.scaled(scale)
         return replace(self, size=(scale * width, scale * height), texture=texture)
@@ -82,7 +82,7 @@ class Sheet:
         return tuple(levels)
 
     def sample(self, points: FloatArray, footprint: FloatArray) -> FloatArray:
-        """Return as `sample` below."""
+        """Return factors as `sample` below does."""
         factors = np.full(len(footprint), self.around)
         if self.texture is not None:
             factors *= sample(self.texture, points, footprint)

@@ -97,7 +97,7 @@ class Body:
         return self.speed == 0.0 and self.turning == 0.0
 
     def step(self) -> tuple[float, float]:
-        """Return advance by `STEP` seconds; distance and turn as the encoders counted them."""
+        """Advance by `STEP` seconds; return distance and turn as the encoders counted them."""
         self.blocked = False
         if self.standing:
             return 0.0, 0.0

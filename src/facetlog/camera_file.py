@@ -22,7 +22,7 @@ MODELS = {
 def read_optics(path: Path) -> tuple[Optics, float | None]:
     """Read the camera in a TOML file, and the metres in the unit that it names, if it names one.
 
-    Raises InputError for what is not TOML, CalibrationError for a camera that cannot be.
+    Raise InputError for what is not TOML, CalibrationError for a camera that cannot be.
     """
     fields = parse_toml_fields(read_text(path), str(path))
     intrinsics = read_intrinsics(fields, NAMES, str(path))

@@ -256,7 +256,7 @@ def open_models(
     """Open a knowledge base with the built-in models and the user's; a crisp one has no degrees, a
     raw one no confidences.
 
-    Raises InputError for models that cannot be used, EngineError without an engine: to be called
+    Raise InputError for models that cannot be used, EngineError without an engine: to be called
     before any long work, all of which would be lost.
     """
     from facetlog.kb.recognize import open_knowledge_base

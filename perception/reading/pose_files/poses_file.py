@@ -176,7 +176,7 @@ class PosesFile:
     """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres.
 
     `unit` is the unit of length that the file states, None where it states none.
-    `folder` is the one that the pictures must be within (own_folder.py); it names the set of views.
+    `folder` is the one that the pictures must be within (path_guard.py); it names the set of views.
     `error_kind` says how the pose errors are correlated whose covariances the pictures have.
     `faults` are of the pictures with an invalid camera or pose, `left_out` those for which none was
     found. `kind` says more of it than its reader does, for people; else it is empty. `scale_sd` is

@@ -141,7 +141,7 @@ def map_pictures(
     """Place pictures together; the largest group is a COLMAP model in the folder `model` then.
 
     The same pictures give the same model. `progress` is called with a step's name, how much of it
-    is done, and of how much. Raises EngineError if the process dies. Ctrl-C ends it.
+    is done, and of how much. Raise EngineError if the process dies. Ctrl-C ends it.
     """
     with (
         tempfile.TemporaryDirectory(prefix="facetlog-sfm-") as work,

@@ -45,7 +45,7 @@ def parse_rows(
 ) -> FloatArray:
     """Return the first `columns` numbers of each row, (n, columns).
 
-    Raises InputError with the line (of `numbers`) of the first row that has fewer numbers.
+    Raise InputError with the line (of `numbers`) of the first row that has fewer numbers.
     """
     if not rows:
         return np.zeros((0, columns))
@@ -60,7 +60,7 @@ def parse_rows(
         return np.asarray(flat.reshape(-1, columns), dtype=np.float64)
     for number, words, row in zip(numbers, cut, rows, strict=False):
         if len(words) < columns or parse_numbers(b" ".join(words)) is None:
-            raise shape.describe_bad_row(number, row, what)
+            raise shape.make_bad_row_error(number, row, what)
     raise shape.error(f"has a {what} that is none; export the mesh again")
 
 

@@ -129,7 +129,7 @@ def parse_ply_header(data: bytes, shape: ShapeFile) -> PlyHeader:
     line_end = find_line_end(data[:end])
     start = data.find(line_end, end)
     if start < 0:
-        raise shape.describe_truncation("ends with its header")
+        raise shape.make_truncation_error("ends with its header")
     lines = data[:end].splitlines()
     found = FORMAT.search(b"\n".join(lines))
     order = ORDERS.get(found[1].decode()) if found else None
@@ -174,7 +174,7 @@ def read_ply_rows(
 ) -> tuple[dict[str, PlyRows], tuple[str, ...]]:
     """Return the rows of each element, and warnings.
 
-    Raises InputError where the file ends before its last row, or has more than its header counts.
+    Raise InputError where the file ends before its last row, or has more than its header counts.
     """
     if not header.is_text:
         return _find_all_rows(_Bytes(header.body), header.elements, shape), ()
@@ -245,7 +245,7 @@ def _pack_text(text: bytes, header: PlyHeader, shape: ShapeFile) -> _Bytes:
     if numbers is None:
         rows = enumerate(text.split(b"\n"), header.line)
         number, row = next((k, row) for k, row in rows if parse_numbers(row) is None)
-        raise shape.describe_bad_row(number, row, "row of numbers")
+        raise shape.make_bad_row_error(number, row, "row of numbers")
     return _Bytes(np.asarray(numbers, dtype=np.float64).tobytes(), b"")
 
 
@@ -258,7 +258,9 @@ def _find_all_rows(
         place = rows.end
     if elements and source.body[place:].strip(source.fill):
         counts = " and ".join(f"{element.count} rows of {element.name}" for element in elements)
-        raise shape.describe_inconsistency(f"more follows than the {counts} that its header counts")
+        raise shape.make_inconsistency_error(
+            f"more follows than the {counts} that its header counts"
+        )
     return found
 
 
@@ -273,8 +275,8 @@ def _find_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile
     if element.count * least > len(source) - place:
         held = (len(source) - place) // least
         if held == 0 or any(field.count_kind is not None for field in fields):
-            raise shape.describe_false_claim(f"{element.count} rows of {element.name}")
-        raise _is_cut(element, held, shape)
+            raise shape.make_false_claim_error(f"{element.count} rows of {element.name}")
+        raise _make_truncation_error(element, held, shape)
     # most elements have no list, or lists of one length
     offsets, firsts, width = list[int](), list[int | None](), 0
     for field in fields:
@@ -325,10 +327,10 @@ def _walk_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile
                 place += item
                 continue
             if place + head > size:
-                raise _is_cut(element, row, shape)
+                raise _make_truncation_error(element, row, shape)
             length = source.integer(place, count_kind)
             if length < 0:
-                raise shape.describe_inconsistency(
+                raise shape.make_inconsistency_error(
                     f"{element.name} {row} has a list of impossible length"
                 )
             place += head
@@ -336,7 +338,7 @@ def _walk_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile
             lengths.append(length)
             place += length * item
         if place > size:
-            raise _is_cut(element, row, shape)
+            raise _make_truncation_error(element, row, shape)
     return PlyRows(
         element,
         source,
@@ -346,6 +348,6 @@ def _walk_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile
     )
 
 
-def _is_cut(element: PlyElement, row: int, shape: ShapeFile) -> InputError:
+def _make_truncation_error(element: PlyElement, row: int, shape: ShapeFile) -> InputError:
     rows = f"{row} of {element.count} rows of {element.name}"
-    return shape.describe_truncation(f"ends after {rows}: claims more than it holds")
+    return shape.make_truncation_error(f"ends after {rows}: claims more than it holds")

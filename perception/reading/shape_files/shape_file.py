@@ -85,26 +85,26 @@ class ShapeFile:
         """Return the error of a file that cannot be used, and the way out."""
         return InputError(f"{self.name}: {what}")
 
-    def describe_truncation(self, what: str) -> InputError:
+    def make_truncation_error(self, what: str) -> InputError:
         """Return the error of a file that ends too early."""
         return self.error(f"{what}; it is truncated: export or copy it again")
 
-    def describe_false_claim(self, claim: str) -> InputError:
+    def make_false_claim_error(self, claim: str) -> InputError:
         """Return the error of a header whose counts are larger than the file."""
-        return self.describe_truncation(f"claims {claim}, more than it holds")
+        return self.make_truncation_error(f"claims {claim}, more than it holds")
 
-    def describe_inconsistency(self, what: str) -> InputError:
+    def make_inconsistency_error(self, what: str) -> InputError:
         """Return the error of a file whose counts or indices contradict its contents."""
         return self.error(f"{what}; it is truncated or inconsistent, export it again")
 
-    def describe_bad_row(self, number: int, row: bytes, what: str) -> InputError:
+    def make_bad_row_error(self, number: int, row: bytes, what: str) -> InputError:
         """Return the error of a row, in line `number`, that is not the numbers of a `what`."""
         place = quote_line(number, row)
         if any(DECIMAL_COMMA.match(word) for word in row.split()):
             return self.error(f"{place}: has decimal commas; export with decimal points")
         if b"," in row:
             return self.error(f"{place}: has commas between numbers; export with blanks")
-        return self.describe_inconsistency(f"{place}: is no {what}")
+        return self.make_inconsistency_error(f"{place}: is no {what}")
 
 
 def quote_line(number: int, row: bytes) -> str:

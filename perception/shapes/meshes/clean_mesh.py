@@ -78,7 +78,7 @@ class Surface:
 def clean_mesh(mesh: Mesh) -> Surface:
     """Return the surface of a mesh, whatever its scale.
 
-    Raises InputError where it has no area, or where most of it is narrower than the resolution.
+    Raise InputError where it has no area, or where most of it is narrower than the resolution.
     """
     used = np.zeros(len(mesh.vertices), dtype=bool)
     used[mesh.triangles] = True

@@ -56,7 +56,7 @@ class _Parts:
 
     @classmethod
     def of(cls, corners: FloatArray, part: Indices, count: int, name: str) -> "_Parts":
-        """Return sample triangles (m, 3, 3) of the mesh called `name`, `part` (m,) of `count`."""
+        """Sample triangles (m, 3, 3) of the mesh called `name`, `part` (m,) of `count`."""
         low, high = find_boxes_round(corners, part, count)
         extents = np.sqrt(((high - low) ** 2).sum(axis=1))
         pairs = _find_near_boxes(low, high, GROWN * NEAR_SHARE * extents, name)
@@ -101,7 +101,7 @@ class _Parts:
 def find_bodies(surface: Surface, floor: NDArray[np.bool_] | None = None) -> Indices:
     """Return the object (m,) of each triangle, numbered from 0.
 
-    The triangles of the `floor` (m,) are one object, the last, and join nothing. Raises InputError
+    The triangles of the `floor` (m,) are one object, the last, and join nothing. Raise InputError
     for a surface in so many pieces, so near to each other, that they cannot be compared.
     """
     bodies = np.zeros(len(surface.triangles), dtype=np.int64)

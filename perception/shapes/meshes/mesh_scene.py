@@ -202,7 +202,7 @@ def make_mesh_scene(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = F
     metre.
 
     `up` is taken from the mesh where it is not given; where it is known, the floor that things
-    stand on, and in metres the room round them, are of no object. Raises InputError for a mesh
+    stand on, and in metres the room round them, are of no object. Raise InputError for a mesh
     without area, and for one in too many pieces.
     """
     surface = drop_loose_strips(clean_mesh(mesh))
@@ -257,9 +257,7 @@ def make_mesh_scene(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = F
 
 
 def _samples(surface: Surface) -> Samples:
-    """Return sample the whole surface; raise InputError where long thin triangles have too many
-    samples.
-    """
+    """Sample the whole surface; raise InputError if long thin triangles have too many samples."""
     spacing = SPACING_SHARE * surface.size
     if sample_count(surface.corners, spacing) > MOST_SAMPLES:
         raise InputError(

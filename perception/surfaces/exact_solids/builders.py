@@ -80,7 +80,7 @@ BUILDERS: Mapping[str, Builder] = MappingProxyType(_BUILDERS)
 def build(name: str, arguments: Mapping[str, float]) -> Scene:
     """Return the exact scene of a builder; sizes that are not given have their default.
 
-    Metres and radians; up is z, and the scale is known. Raises ValueError, with the names there
+    Metres and radians; up is z, and the scale is known. Raise ValueError, with the names there
     are, for an unknown builder or size, and for sizes that nothing can have.
 
     >>> len(build("table", {"width": 0.7, "length": 1.4, "height": 0.74}).faces)

@@ -27,7 +27,7 @@ def cuboid_union(low: ArrayLike, high: ArrayLike, name: str) -> Scene:
     all over.
 
     What lies in one plane and touches is one face, with holes where others stand on it; up is z.
-    Raises ValueError if a cuboid is thinner than a millimetre, or they are not one solid.
+    Raise ValueError if a cuboid is thinner than a millimetre, or they are not one solid.
 
     >>> scene = cuboid_union([[0, 0, 0.4], [0.2, 0.2, 0]], [[0.6, 0.6, 0.5], [0.4, 0.4, 0.4]], "T")
     >>> len(scene.faces), [len(face.holes) for face in scene.faces if face.holes]

@@ -46,7 +46,7 @@ END = np.dtype("<f4")
 def scene_of_record(record: SceneRecord, source: str) -> Scene:
     """Return the scene; `source` is what messages call it.
 
-    Raises SceneFileError naming the place, or ValueError, most often for an index of nothing.
+    Raise SceneFileError naming the place, or ValueError, most often for an index of nothing.
     """
     posed = [_posed(r, i, source) for i, r in enumerate(record.cameras)]
     return Scene(

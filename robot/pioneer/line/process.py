@@ -155,8 +155,7 @@ class LineProcess:
         return kind, content
 
     def _take_over_from_owner(self) -> DeviceError:
-        """Return the owner was killed: what it would have done for a robot that moves is done from
-        here.
+        """Do for a robot that moves what the owner, which was killed, would have done.
 
         Its last lease counts as run out, as it does where this process is gone.
         """

@@ -242,7 +242,7 @@ class Configuration:
         return cls(**found)
 
     def to_packet(self) -> Packet:
-        """Return as the robot sends it, with the fields down to the first that is None."""
+        """Return the robot's packet, with the fields down to the first that is None."""
         return Packet(Report.CONFIG, write_fields(LAYOUT, self))
 
 
@@ -336,7 +336,7 @@ class ServerInformation:
         )  # fmt: skip
 
     def to_packet(self, kind: int = STOPPED) -> Packet:
-        """Return as the robot sends it, with the fields down to the first that is None."""
+        """Return the robot's packet, with the fields down to the first that is None."""
         low = self.rear_bumpers << 1 | self.stall_left
         high = self.front_bumpers << 1 | self.stall_right
         data = HEAD.pack(

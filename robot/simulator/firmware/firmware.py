@@ -153,7 +153,7 @@ class Firmware:
     """A robot as its serial line shows it.
 
     `now` are seconds that begin with 0 and never run backwards; motion goes on in steps of
-    `dynamics.STEP`, and a command takes effect with the next one.
+    `body.STEP`, and a command takes effect with the next one.
     """
 
     drive: Drive

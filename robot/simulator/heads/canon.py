@@ -141,7 +141,7 @@ class CanonHead:
         return _Power.ON if self._on else _Power.OFF
 
     def _answer(self, command: CanonCommand, parameters: bytes, now: float) -> Answer:
-        """Return ValueError for parameters that the command does not take."""
+        """Carry out a command; ValueError for parameters that it does not take."""
         power = self._power(now)
         if power is _Power.SWITCHING:
             return BUSY
@@ -176,7 +176,7 @@ class CanonHead:
         self._tilt_range = (self._model.tilt_lowest, self._model.tilt_highest_at_first)
 
     def _pedestal(self, command: CanonCommand, parameters: bytes, now: float) -> Answer:
-        """Return carry out a command that moves the head or asks for its position."""
+        """Carry out a command that moves the head or asks for its position."""
         finding = now < self._initialized_at + MIDDLE_S
         moving = finding or now < max(self._pan.end, self._tilt.end)
         if command is CanonCommand.POSITION_REQUEST:

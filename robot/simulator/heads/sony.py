@@ -75,7 +75,7 @@ class SonyMotion:
         return self.move(HOME, now)
 
     def drive(self, drive: Drive, now: float) -> None:
-        """Go on to the limits, or stops."""
+        """Go on to the limits, or stop."""
         model = self._model
         self.stop(now)
         if drive.pan:
@@ -86,7 +86,7 @@ class SonyMotion:
             self._tilt = self._tilt.to(end, self._tilt_speed(drive.tilt_speed), now)
 
     def zoom_to(self, counts: int, now: float) -> float:
-        """Return zoom to a position; return when it is there."""
+        """Zoom to a position; return when it is there."""
         self._zoom = self._zoom.to(counts, self._model.zoom_highest / ZOOM_RANGE_S, now)
         return self._zoom.end
 

@@ -253,7 +253,7 @@ def _read_model_text(file: Path) -> bytes:
 def work(
     package: Package, items: list[dict[str, Any]], models_hash: str
 ) -> list[tuple[bool, bytes] | None]:
-    """Return classify items on a worker; return whether each failed, and its row as JSON.
+    """Classify items on a worker; return whether each failed, and its row as JSON.
 
     None for an item whose file is not here, or has another content. Raise InputError if the models
     come out differently than on the client: another version of the program.

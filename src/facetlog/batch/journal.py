@@ -105,7 +105,7 @@ class Journal:
             self.sync()
 
     def sync(self) -> None:
-        """Return when all that was appended would survive a power cut."""
+        """Wait until all that was appended would survive a power cut."""
         os.fsync(self._descriptor)
         self._synced = time.monotonic()
 

@@ -65,7 +65,7 @@ Trust = Annotated[
 ]
 """The user trusts all files given: models may be in Prolog, which is run as a program
 (`KnowledgeBase.load_rules`), all models are judged in this process, and poses files may name
-cameras and pictures outside of their folder (`own_folder.py`)."""
+cameras and pictures outside of their folder (`path_guard.py`)."""
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 

@@ -159,7 +159,7 @@ class Explorer:
         return self.reached and self._goal.is_met_by(1.0 - needs.overtaken)
 
     def _holds(self, needs: Needs) -> str:
-        """Return to which degree the goal's model holds, and which was wanted; without a goal that
+        """Say to which degree the goal's model holds, and which was wanted; without a goal that
         of the name that leads.
         """
         if self._goal is None:

@@ -87,7 +87,7 @@ class Lead:
     general: tuple[str, ...] = ()
 
     def degree_of(self, model: str) -> float:
-        """Return to which degree the thing is that, 0 where it is something else first."""
+        """Return the degree to which the thing is that, 0 where it is something else first."""
         leads = model == self.model or model in self.general
         return self.degrees.get(model, 0.0) if leads else 0.0
 

@@ -103,12 +103,11 @@ def classify(
     workers: int | None = None,
     trust: bool = False,
 ) -> "pd.DataFrame":
-    """Return classify scenes, meshes or clouds: return a row for each with its model, thing and
-    confidence.
+    """Classify scenes, meshes or clouds: return a row of model, thing and confidence for each.
 
     `paths` are files, folders or globs. The columns are those of `classify -o`; what
     cannot be read has its reason in `error`. It takes `workers` processes, one a core if not given.
-    Raises InputError for options, RuleSyntaxError for models that cannot be used.
+    Raise InputError for options, RuleSyntaxError for models that cannot be used.
     """
     import os
 
@@ -151,7 +150,7 @@ def ask(
 
     Of several scenes the first column, `Scene`, is the name of each answer's. A goal without
     variables has one row and the column `holds`, True or False. At most `most` answers are read.
-    Raises QueryError for a question that cannot be asked.
+    Raise QueryError for a question that cannot be asked.
     """
     from facetlog.kb.engine.terms import Atom
     from facetlog.pipeline import load_scene, open_models

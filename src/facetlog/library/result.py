@@ -107,7 +107,7 @@ class Result(Closing):
     ) -> Reason:
         """Explain why the model holds, or what it lacks, for one thing or for the best.
 
-        `parts` gives faces to roles, as {"top": "f1"}. Raises QueryError for a model, thing, role
+        `parts` gives faces to roles, as {"top": "f1"}. Raise QueryError for a model, thing, role
         or face that there is not.
         """
         _check_parts(parts)
@@ -125,7 +125,7 @@ class Result(Closing):
     ) -> Reason:
         """Explain what comes nearest to the model without holding, and by how much it misses.
 
-        At most `count` verdicts, or the line that there is none. Raises errors as `why` does.
+        At most `count` verdicts, or the line that there is none. Raise errors as `why` does.
         """
         from facetlog.query_shell.explaining import explain_nothing_near
 
@@ -191,7 +191,7 @@ class Result(Closing):
         """Write a page that needs no other file, as `recognize -o` writes report.html.
 
         It has the scene in 3-D, the verdicts with proofs whose lines light up faces, and the
-        pictures if there were any. Raises InputError for a path that does not end with .html or
+        pictures if there were any. Raise InputError for a path that does not end with .html or
         cannot be written.
         """
         from facetlog.page.page_path import check_page

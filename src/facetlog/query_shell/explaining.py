@@ -169,7 +169,7 @@ def _format_miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
 
 
 def origin(session: Session, scene: str, name: str, *, full: bool = False) -> Explanation:
-    """Return trace where something of a scene or a fact comes from; QueryError for another name."""
+    """Trace where something of a scene or a fact comes from; QueryError for another name."""
     found = session.base.origin(scene, name)
     unit = session.base.scenes[scene].length_unit
     whole = tuple(found.lines(full=True, length_unit=unit))

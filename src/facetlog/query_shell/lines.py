@@ -28,7 +28,7 @@ def run_line(shell: Shell, line: str, *, where: str = "") -> Outcome:
 def execute(shell: Shell, line: str) -> Outcome:
     """Run a line and return the outcome: of several goals, that of the last.
 
-    Models whose files have changed are loaded again first. Raises FacetlogError for a line that
+    Models whose files have changed are loaded again first. Raise FacetlogError for a line that
     cannot be done, EOFError to leave the shell.
     """
     text = line.strip()

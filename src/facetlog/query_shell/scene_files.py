@@ -45,7 +45,7 @@ class SceneFile:
     def facts(self) -> Iterator[Fact]:
         """Yield the scene's facts, which are computed when the first is requested.
 
-        Raises InputError for a file that holds no scene.
+        Raise InputError for a file that holds no scene.
         """
         from facetlog.perception.facts.all_facts import fact_rows
 
@@ -91,7 +91,7 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
     """Find the scene file at a path or in the folder there, under its own name; or a mesh or a
     cloud, with the up, unit and sensor that `options` state.
 
-    Raises InputError if there is none. What it holds is checked when its facts are asked for.
+    Raise InputError if there is none. What it holds is checked when its facts are asked for.
     """
     inside = path / SCENE_FILE if path.is_dir() else path
     if is_raw_shape(path):
@@ -173,7 +173,7 @@ def _iter_names(file: SceneFile) -> Iterator[str]:
 def split_scenes_and_goal(arguments: Sequence[str]) -> tuple[tuple[Path, ...], str | None]:
     """Split arguments into the scenes and the goal, which is the last unless a file is called so.
 
-    Raises InputError if there is no scene, or if the goal looks like a file that is not there.
+    Raise InputError if there is no scene, or if the goal looks like a file that is not there.
     """
     last = arguments[-1]
     if last.strip() and (_does_exist(last) or _looks_like_path(last)):

@@ -101,7 +101,7 @@ class Session(Closing):
     def load_scenes(self, paths: Sequence[Path]) -> tuple[SceneFile, ...]:
         """Load scenes; a file that was loaded before is replaced.
 
-        Raises InputError for what cannot be read; the scenes before it are loaded.
+        Raise InputError for what cannot be read; the scenes before it are loaded.
         """
         places = {file.path.resolve(): name for name, file in self._scenes.items()}
         found = [scene_file(path, self._options) for path in paths]
@@ -123,7 +123,7 @@ class Session(Closing):
     def load_models(self, paths: Iterable[Path]) -> tuple[str, ...]:
         """Load files and folders of models; return the names of the models that they define.
 
-        Raises RuleSyntaxError for a faulty file; those before it are loaded.
+        Raise RuleSyntaxError for a faulty file; those before it are loaded.
         """
         loaded: list[str] = []
         for path in rule_files(paths):

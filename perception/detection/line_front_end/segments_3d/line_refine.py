@@ -109,7 +109,7 @@ def refine_segments(
     """Return segments (n, 2, 3) moved across themselves to the edges of the views in `use` (n, V).
 
     Gauss-Newton over four numbers a segment (both ends move in the plane across it), Cauchy
-    weights. Returns the segments, the covariance of their ends across themselves (n, 2, 3, 3) and
+    weights. Return the segments, the covariance of their ends across themselves (n, 2, 3, 3) and
     the robust rms of their residuals in px (n,); both are NaN where no edge was read.
     """
     segments = segments.copy()

@@ -176,7 +176,7 @@ def _shown_share(segments_3d: FloatArray, view: View, edges: EdgeMap) -> float:
 
 
 def _count_independent(found: FloatArray) -> float:
-    """Return as how many of one length segments (n, 4) count: (sum l)^2 / sum l^2."""
+    """Return how many segments of one length weigh as much as these (n, 4): (sum l)^2 / sum l^2."""
     lengths = np.linalg.norm(found[:, 2:] - found[:, :2], axis=1)
     return float(lengths.sum() ** 2 / max(float(lengths @ lengths), 1e-300))
 

@@ -33,7 +33,7 @@ __all__ = ["read_cloud"]
 def read_cloud(path: Path, limits: Limits = DEFAULT_LIMITS) -> Cloud:
     """Return the cloud of a file, its kind by the suffix, or of a folder with a COLMAP model.
 
-    Raises InputError where it is missing, empty, damaged, beyond the limits, or of another kind.
+    Raise InputError where it is missing, empty, damaged, beyond the limits, or of another kind.
     """
     shape = ShapeFile(path, "cloud", limits)
     suffix = path.suffix.lower()

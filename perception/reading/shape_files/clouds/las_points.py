@@ -43,7 +43,7 @@ def las_points(shape: ShapeFile) -> tuple[FloatArray, tuple[str, ...]]:
     """Return the points (n, 3) of a LAS or LAZ file, in its own frame, and a warning of others.
 
     Points that the file classifies as noise, or says are withheld, are left out; synthetic points
-    and key points are points. Raises InputError where laspy is missing, for too many
+    and key points are points. Raise InputError where laspy is missing, for too many
     points, for damage, and where nothing else is left.
     """
     if find_spec("laspy") is None:  # an extra: surveys need it, nothing else does
@@ -59,9 +59,9 @@ def las_points(shape: ShapeFile) -> tuple[FloatArray, tuple[str, ...]]:
         except (OSError, MemoryError):
             raise
         except Exception as exc:  # readers raise any kind of error on a damaged file
-            raise _is_damaged(shape, describe_fault(exc)) from exc
+            raise _make_damage_error(shape, describe_fault(exc)) from exc
     if len(rows) < count:
-        raise shape.describe_truncation(f"has {len(rows)} of {count} points")
+        raise shape.make_truncation_error(f"has {len(rows)} of {count} points")
     points, marks = rows[:, :3], rows[:, 3]
     kept = marks == POINT
     if len(points) and not kept.any():
@@ -110,7 +110,9 @@ def _read_compressed(shape: ShapeFile) -> FloatArray:
     if process.returncode:
         lines = process.stderr.decode("utf-8", "replace").strip().splitlines()
         died = process.returncode < 0 or not lines
-        raise _is_damaged(shape, "its compressed points end the reader" if died else lines[-1])
+        raise _make_damage_error(
+            shape, "its compressed points end the reader" if died else lines[-1]
+        )
     return np.frombuffer(process.stdout, dtype=np.float64).reshape(-1, 4)
 
 
@@ -120,7 +122,7 @@ def describe_fault(exc: BaseException) -> str:
     return f"{type(exc).__name__} {said}" if isinstance(exc, KeyError) or not said else said
 
 
-def _is_damaged(shape: ShapeFile, reason: str) -> InputError:
+def _make_damage_error(shape: ShapeFile, reason: str) -> InputError:
     return shape.error(
         f"cannot be read as LAS ({reason[:200]}): it is truncated or damaged; "
         "export the cloud again"
@@ -130,7 +132,7 @@ def _is_damaged(shape: ShapeFile, reason: str) -> InputError:
 def _check_header(shape: ShapeFile) -> tuple[int, bool]:
     """Return how many points the file claims to have, and whether they are compressed.
 
-    Raises InputError for counts that the file cannot hold: laspy makes room for any.
+    Raise InputError for counts that the file cannot hold: laspy makes room for any.
     """
     size = shape.path.stat().st_size
     with shape.path.open("rb") as file:
@@ -140,19 +142,21 @@ def _check_header(shape: ShapeFile) -> tuple[int, bool]:
     minor = head[MINOR_AT] if len(head) > MINOR_AT else 0
     least = MOST_HEADER_BYTES if minor > 4 else LEAST_HEADER.get(minor, HEADER_BYTES)
     if len(head) < least:
-        raise shape.describe_truncation("ends within its header")
+        raise shape.make_truncation_error("ends within its header")
     header_bytes, start, records = struct.unpack_from(SIZES, head, SIZES_AT)
     point_bytes, count = struct.unpack_from(RECORD, head, RECORD_AT)
     if not least <= header_bytes <= start <= size:
-        raise shape.describe_inconsistency(f"says that its points begin at byte {start} of {size}")
+        raise shape.make_inconsistency_error(
+            f"says that its points begin at byte {start} of {size}"
+        )
     if records * VLR_BYTES > start - header_bytes:
-        raise shape.describe_false_claim(f"{records} records before its points")
+        raise shape.make_false_claim_error(f"{records} records before its points")
     if minor >= 4:
         extended_at, extended, count = struct.unpack_from(EXTENDED, head, EXTENDED_AT)
         if extended and extended_at + extended * EVLR_BYTES > size:
-            raise shape.describe_false_claim(f"{extended} records after its points")
+            raise shape.make_false_claim_error(f"{extended} records after its points")
     shape.check_points(count)
     is_compressed = bool(head[FORMAT_AT] & COMPRESSED)
     if not is_compressed and count * point_bytes > size - start:
-        raise shape.describe_false_claim(f"{count} points")
+        raise shape.make_false_claim_error(f"{count} points")
     return count, is_compressed

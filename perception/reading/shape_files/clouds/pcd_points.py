@@ -166,7 +166,7 @@ def _unpacked(
 ) -> "np.ndarray[tuple[int], np.dtype[np.void]]":
     """Return the rows of compressed data, which is kept field by field."""
     row = header.row
-    truncated = shape.describe_inconsistency("its compressed data is not that of its points")
+    truncated = shape.make_inconsistency_error("its compressed data is not that of its points")
     if len(body) < 8:
         raise truncated
     packed, size = struct.unpack("<II", body[:8])

@@ -55,7 +55,7 @@ class Cloud:
     ) -> "Cloud":
         """Make a cloud of any arrays: points that are not finite, or there already, are dropped.
 
-        Normals of no length are taken for unknown. Raises InputError for fewer than 16 points.
+        Normals of no length are taken for unknown. Raise InputError for fewer than 16 points.
         """
         every = np.array(points, dtype=np.float64).reshape(-1, 3)
         with np.errstate(invalid="ignore"):

@@ -40,21 +40,21 @@ def read_binary_rows(
     """Return `count` packed rows from the start of the data; InputError where it has fewer."""
     needed = count * dtype.itemsize
     if needed > len(data):
-        raise shape.describe_false_claim(f"{count} points")
+        raise shape.make_false_claim_error(f"{count} points")
     return np.frombuffer(data, dtype, count)
 
 
 def read_text_rows(shape: ShapeFile, data: bytes, columns: int, count: int) -> FloatArray:
     """Return `count` rows of `columns` numbers, (count, columns); InputError where it has fewer."""
     if count * columns * LEAST_TEXT_BYTES > len(data) + LEAST_TEXT_BYTES:
-        raise shape.describe_false_claim(f"{count} points")
+        raise shape.make_false_claim_error(f"{count} points")
     try:
         rows = np.loadtxt(io.BytesIO(data), max_rows=count, ndmin=2) if count else np.empty((0, 0))
     except (ValueError, UnicodeDecodeError) as exc:
         said = " ".join(str(exc).split())
         raise shape.error(f"has a damaged row ({said[:100]}); export the cloud again") from exc
     if rows.shape[0] < count:
-        raise shape.describe_false_claim(f"{count} points")
+        raise shape.make_false_claim_error(f"{count} points")
     if count and rows.shape[1] != columns:
         raise shape.error(
             f"has rows of {rows.shape[1]} numbers where its header says {columns}; "

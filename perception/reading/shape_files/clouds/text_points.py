@@ -88,7 +88,7 @@ def split_row(text: str, separator: str | None) -> tuple[str, ...]:
 def find_number_format(shape: ShapeFile, lines: Sequence[str]) -> NumberFormat:
     """Return how the first rows of numbers are written.
 
-    Raises InputError where commas may mean more than one thing.
+    Raise InputError where commas may mean more than one thing.
     """
     separators = {find_separator(line) for line in lines}
     if len(separators) == 1:
@@ -160,7 +160,7 @@ def read_text_points(shape: ShapeFile, data: bytes) -> PointTable:
     x, y, z are; without names they come first, or after an index. What is between names and
     numbers is any usual separator; decimal commas are read where only they can be meant.
 
-    Raises InputError for too many points, for what is no such table, and where it is not
+    Raise InputError for too many points, for what is no such table, and where it is not
     sure which columns x, y and z are.
     """
     file = io.BytesIO(to_plain_bytes(data))
@@ -183,7 +183,7 @@ def read_text_points(shape: ShapeFile, data: bytes) -> PointTable:
     if rows.shape[1] < 3:
         raise shape.error("has no x, y, z in each row; export the cloud again")
     if count > len(rows):
-        raise shape.describe_truncation(f"has {len(rows)} of {count} points that it claims")
+        raise shape.make_truncation_error(f"has {len(rows)} of {count} points that it claims")
     if not names:
         return _without_names(shape, rows)
     if not _has_coordinate_names(names):

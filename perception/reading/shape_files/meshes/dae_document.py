@@ -137,7 +137,7 @@ class DaeDocument:
             self.parse_integer(accessor, "count", 0),
         )
         if start + count * stride > len(values):
-            raise self.shape.describe_false_claim(
+            raise self.shape.make_false_claim_error(
                 f"{count} rows of {stride} numbers in an array of {len(values)}"
             )
         return values[start : start + count * stride].reshape(count, stride)

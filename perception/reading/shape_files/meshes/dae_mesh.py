@@ -40,7 +40,7 @@ MAX_DEPTH = 500
 def read_dae(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of the scene that a COLLADA document shows.
 
-    Raises InputError where it is no sound XML or says less than it counts.
+    Raise InputError where it is no sound XML or says less than it counts.
     """
     scene = _Scene(parse_xml(data, shape), shape)
     vertices, triangles = merge_parts(scene.iter_parts(), shape)
@@ -142,10 +142,14 @@ class _Scene(DaeDocument):
         def corners(element: ElementTree.Element) -> Indices:
             found = self.parse_numbers(element.text, f"a list of {primitive.tag}", np.int64)
             if len(found) % stride:
-                raise self._is_inconsistent(primitive, f"{len(found)} indices for {stride} inputs")
+                raise self._make_inconsistency_error(
+                    primitive, f"{len(found)} indices for {stride} inputs"
+                )
             found = found[at::stride]
             if len(found) and not 0 <= int(found.min()) <= int(found.max()) < len(points):
-                raise self._is_inconsistent(primitive, f"a vertex that is none of {len(points)}")
+                raise self._make_inconsistency_error(
+                    primitive, f"a vertex that is none of {len(points)}"
+                )
             return np.asarray(found, dtype=np.int64)
 
         lists = [corners(p) for p in primitive.findall("p")]
@@ -165,7 +169,7 @@ class _Scene(DaeDocument):
         match primitive.tag:
             case "triangles":
                 if len(together) % 3:
-                    raise self._is_inconsistent(primitive, f"{len(together)} corners")
+                    raise self._make_inconsistency_error(primitive, f"{len(together)} corners")
                 self._compare(primitive, count, len(together) // 3)
                 return together.reshape(-1, 3)
             case "tristrips":
@@ -175,7 +179,7 @@ class _Scene(DaeDocument):
             case "polylist":
                 sizes = self.parse_numbers(primitive.findtext("vcount"), "a vcount", np.int64)
                 if (sizes < 0).any() or sizes.sum() != len(together):
-                    raise self._is_inconsistent(
+                    raise self._make_inconsistency_error(
                         primitive, f"{len(together)} corners for a vcount of {sizes.sum()}"
                     )
                 self._compare(primitive, count, len(sizes))
@@ -196,12 +200,12 @@ class _Scene(DaeDocument):
 
     def _compare(self, primitive: ElementTree.Element, count: int, held: int) -> None:
         if held < count:
-            raise self._is_inconsistent(primitive, f"{held} of the {count} that it counts")
+            raise self._make_inconsistency_error(primitive, f"{held} of the {count} that it counts")
         if held > count and primitive.get("count") is not None:
             self.warnings.append(f"{primitive.tag} counts {count} and holds {held}: all are read")
 
-    def _is_inconsistent(self, primitive: ElementTree.Element, what: str) -> InputError:
-        return self.shape.describe_inconsistency(f"{primitive.tag} has {what}")
+    def _make_inconsistency_error(self, primitive: ElementTree.Element, what: str) -> InputError:
+        return self.shape.make_inconsistency_error(f"{primitive.tag} has {what}")
 
     def _read_controller(
         self, instance: ElementTree.Element, world: FloatArray
@@ -311,7 +315,7 @@ class _Scene(DaeDocument):
         flat = self.parse_numbers(block.findtext("v"), "a list of weights", np.int64)
         values = self.read_values(self.follow(inputs["WEIGHT"], "source"))[0]
         if len(sizes) != count or (sizes < 0).any() or sizes.sum() * stride != len(flat):
-            raise self.shape.describe_inconsistency(
+            raise self.shape.make_inconsistency_error(
                 f"a skin has weights for {len(sizes)} of {count} vertices, or not those that it "
                 "counts",
             )

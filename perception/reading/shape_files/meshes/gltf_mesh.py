@@ -77,7 +77,7 @@ MATERIALS = "KHR_materials_"
 def read_gltf(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of the scene that a glTF or GLB shows, in metres, +y up.
 
-    Raises InputError where it needs what is not read, or claims more than it holds.
+    Raise InputError where it needs what is not read, or claims more than it holds.
     """
     document, binary = read_document(data, shape)
     try:
@@ -106,7 +106,7 @@ def _check_asset(document: dict[str, Any], shape: ShapeFile) -> None:
         raise shape.error(f"is glTF {version}, which is not read; convert it to glTF 2.0")
     for extension in map(str, document.get("extensionsRequired", ())):
         if extension in COMPRESSED:
-            raise is_compressed(shape, extension)
+            raise make_compression_error(shape, extension)
         if extension not in KNOWN and not extension.startswith(MATERIALS):
             raise shape.error(
                 f"requires the extension {extension:.60}, which is not read; export it without"
@@ -237,7 +237,7 @@ class _Scene:
         accessor = self.document["accessors"][position]
         compressed = DRACO in primitive.get("extensions", {})
         if compressed and "bufferView" not in accessor and "sparse" not in accessor:
-            raise is_compressed(self.shape, DRACO)
+            raise make_compression_error(self.shape, DRACO)
         if accessor["type"] != "VEC3":
             raise ValueError("positions that are no VEC3")
         points = self.data.read(position)
@@ -249,12 +249,12 @@ class _Scene:
         else:
             corners = np.arange(len(points))
         if len(corners) and int(corners.max()) >= len(points):
-            raise self.shape.describe_inconsistency(
+            raise self.shape.make_inconsistency_error(
                 f"a face names vertex {corners.max()} of {len(points)}"
             )
         if mode == TRIANGLES:
             if len(corners) % 3:
-                raise self.shape.describe_inconsistency(
+                raise self.shape.make_inconsistency_error(
                     f"has triangles of {len(corners)} corners, no multiple of three"
                 )
             return points, corners.reshape(-1, 3)
@@ -337,7 +337,7 @@ def read_document(data: bytes, shape: ShapeFile) -> tuple[dict[str, Any], bytes 
     return document, binary
 
 
-def is_compressed(shape: ShapeFile, extension: str) -> InputError:
+def make_compression_error(shape: ShapeFile, extension: str) -> InputError:
     """Return the error of geometry that is kept by an extension of `COMPRESSED`."""
     return shape.error(
         f"is compressed with {COMPRESSED[extension]} ({extension}); export it without compression"
@@ -346,17 +346,17 @@ def is_compressed(shape: ShapeFile, extension: str) -> InputError:
 
 def _read_chunks(data: bytes, shape: ShapeFile) -> tuple[bytes, bytes | None]:
     if len(data) < 20:
-        raise shape.describe_truncation("ends within its GLB header")
+        raise shape.make_truncation_error("ends within its GLB header")
     version, total, length, chunk = struct.unpack("<4xIIII", data[:20])
     if version != 2:
         raise shape.error(f"is glTF {version}.0, which is not read; convert it to glTF 2.0")
     if total > len(data) or 20 + length > len(data) or chunk != GLB_JSON:
-        raise shape.describe_false_claim(f"{max(total, 20 + length)} bytes")
+        raise shape.make_false_claim_error(f"{max(total, 20 + length)} bytes")
     place, binary = 20 + length, None
     while place + 8 <= total and binary is None:
         size, chunk = struct.unpack("<II", data[place : place + 8])
         if place + 8 + size > total:
-            raise shape.describe_false_claim(f"a chunk of {size} bytes")
+            raise shape.make_false_claim_error(f"a chunk of {size} bytes")
         if chunk == GLB_BINARY:
             binary = data[place + 8 : place + 8 + size]
         place += 8 + size
@@ -386,7 +386,7 @@ class GltfData:
             # zeros (3.6.2.1), with `sparse` all but a few
             self._zeros += count
             if self._zeros > 3 * self.shape.limits.triangles:
-                raise self.shape.describe_false_claim(f"{count} values in 0 bytes")
+                raise self.shape.make_false_claim_error(f"{count} values in 0 bytes")
             raw = np.zeros((count, width))
         if "sparse" in accessor:
             self._replace_sparse(raw, accessor["sparse"], width, component)
@@ -419,7 +419,7 @@ class GltfData:
         start, element = part.get("byteOffset", 0), width * component.itemsize
         stride = view.get("byteStride", element) or element
         if count and (start < 0 or start + stride * (count - 1) + element > len(data)):
-            raise self.shape.describe_false_claim(f"{count} values in {len(data)} bytes")
+            raise self.shape.make_false_claim_error(f"{count} values in {len(data)} bytes")
         if count == 0:
             return np.zeros((0, width), dtype=component)
         return np.ndarray((count, width), component, data, start, (stride, component.itemsize))
@@ -432,9 +432,9 @@ class GltfData:
             compressed = [key for key in COMPRESSED if key in view.get("extensions", {})]
             if not compressed:
                 raise
-            raise is_compressed(self.shape, compressed[0]) from None
+            raise make_compression_error(self.shape, compressed[0]) from None
         if start < 0 or length < 0 or start + length > len(buffer):
-            raise self.shape.describe_false_claim(f"a view of {length} bytes")
+            raise self.shape.make_false_claim_error(f"a view of {length} bytes")
         return memoryview(buffer)[start : start + length]
 
     def _get_buffer(self, index: int) -> bytes:

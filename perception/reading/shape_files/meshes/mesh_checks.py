@@ -46,7 +46,7 @@ def cut_polygons(
 ) -> TriangleList:
     """Return polygons as triangles.
 
-    Raises InputError where there are too many, or no polygon has three corners.
+    Raise InputError where there are too many, or no polygon has three corners.
     """
     shape.check_triangles(int(np.maximum(sizes - 2, 0).sum()))
     cut = triangulate(points, corners, sizes)
@@ -88,7 +88,7 @@ def skin_points(
 ) -> FloatArray:
     """Return points (n, 3) moved by their joints (j, 4, 4): Σ w_k M_k p, weights normalised to 1.
 
-    `owners` (n, k) are each point's joints, `weights` (n, k) their shares. Raises ValueError for a
+    `owners` (n, k) are each point's joints, `weights` (n, k) their shares. Raise ValueError for a
     joint that there is not, and for points that hang on none.
     """
     total = weights.sum(axis=1, keepdims=True)

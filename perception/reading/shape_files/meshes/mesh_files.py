@@ -64,7 +64,7 @@ class Mesh:
         """Make a mesh of any arrays; triangles with corners that are not finite or missing are
         dropped.
 
-        Raises InputError where no triangle is left.
+        Raise InputError where no triangle is left.
         """
         points = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
         corners = np.asarray(triangles, dtype=np.int64).reshape(-1, 3)
@@ -107,7 +107,7 @@ _READERS: Mapping[str, Callable[[bytes, ShapeFile], TriangleList]] = {
 def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
     """Return the mesh of a file, its kind by the suffix; scenes of several parts become one mesh.
 
-    Raises NoTrianglesError where a sound file has no faces (a cloud), InputError where it is
+    Raise NoTrianglesError where a sound file has no faces (a cloud), InputError where it is
     missing, empty, damaged, beyond the limits, or of another kind.
     """
     shape, suffix = ShapeFile(path, "mesh", limits), path.suffix.lower()

@@ -35,7 +35,7 @@ LEAST_LEFT_SHARE = 0.01
 def read_obj(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of an OBJ.
 
-    Raises InputError with the line of a vertex or face that is none.
+    Raise InputError with the line of a vertex or face that is none.
     """
     text = to_plain_bytes(data)
     if b"\0" in text:
@@ -77,7 +77,7 @@ def read_obj(data: bytes, shape: ShapeFile) -> TriangleList:
     points = parse_rows(_without_comments(vertices), 3, vertex_lines, shape, "vertex")
     corners, sizes = _parse_faces(_without_comments(faces), face_lines, shape)
     if sizes[-1] < 3 and not text.endswith(b"\n") and text.endswith(faces[-1]):
-        raise shape.describe_truncation("ends within a face")
+        raise shape.make_truncation_error("ends within a face")
     corners = _to_absolute(corners, sizes, before, face_lines, len(points), shape)
     found = cut_polygons(points, corners, sizes, shape)
     if not free_form:
@@ -166,4 +166,4 @@ def _to_absolute(
         raise shape.error(f"{place}: indices of an OBJ begin at 1; export the mesh again")
     if value < 0:
         raise shape.error(f"{place}: there are {so_far[at]} before it; export the mesh again")
-    raise shape.describe_inconsistency(f"{place}: there are {count}")
+    raise shape.make_inconsistency_error(f"{place}: there are {count}")

@@ -30,7 +30,7 @@ LEAST_TEXT_BYTES = 2
 def read_off(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of an OFF.
 
-    Raises InputError where its rows are fewer or more than its counts, or are none.
+    Raise InputError where its rows are fewer or more than its counts, or are none.
     """
     keyword = KEYWORD.match(data[:200])
     if keyword is not None and keyword[6]:
@@ -48,7 +48,7 @@ def read_off(data: bytes, shape: ShapeFile) -> TriangleList:
     vertices, faces = int(counts[0]), int(counts[1])
     claim = f"{vertices} vertices and {faces} faces"
     if LEAST_TEXT_BYTES * (3 * vertices + faces) > len(text) + LEAST_TEXT_BYTES:
-        raise shape.describe_false_claim(claim)
+        raise shape.make_false_claim_error(claim)
     if faces == 0:
         raise NoTrianglesError(f"{shape.name}: has no faces; give a mesh, or read it as a cloud")
     shape.check_triangles(faces)
@@ -57,7 +57,7 @@ def read_off(data: bytes, shape: ShapeFile) -> TriangleList:
         return _read_words(b" ".join(row for _, row in rows), vertices, faces, shape)
     if len(rows) > vertices + faces:
         more = len(rows) - vertices - faces
-        raise shape.describe_inconsistency(
+        raise shape.make_inconsistency_error(
             f"line {rows[vertices + faces][0]}: {more} more rows than its {claim}"
         )
     points = parse_rows(
@@ -88,9 +88,9 @@ def _parse_faces(
         corners = None if size <= 0 else parse_numbers(b" ".join(words[1 : 1 + size]), np.int64)
         place = quote_line(number, row)
         if corners is None or len(corners) != size:
-            raise shape.describe_inconsistency(f"{place}: is no face")
+            raise shape.make_inconsistency_error(f"{place}: is no face")
         if ((corners < 0) | (corners >= vertices)).any():
-            raise shape.describe_inconsistency(
+            raise shape.make_inconsistency_error(
                 f"{place}: names a vertex beyond 0 to {vertices - 1}"
             )
     raise shape.error("has faces that are none; export the mesh again")
@@ -99,7 +99,7 @@ def _parse_faces(
 def _read_words(text: bytes, vertices: int, faces: int, shape: ShapeFile) -> TriangleList:
     """Read an OFF with other lines than one a row: plain vertices, and faces without colours."""
     numbers = parse_numbers(text)
-    cut = shape.describe_false_claim(f"{vertices} vertices and {faces} faces")
+    cut = shape.make_false_claim_error(f"{vertices} vertices and {faces} faces")
     if numbers is None or len(numbers) < 3 * vertices:
         raise cut
     points, words = numbers[: 3 * vertices].reshape(-1, 3), numbers[3 * vertices :].astype(np.int64)

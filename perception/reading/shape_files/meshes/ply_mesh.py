@@ -28,7 +28,7 @@ CORNERS = ("vertex_indices", "vertex_index")
 def read_ply(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of a PLY.
 
-    Raises NoTrianglesError for a PLY without faces, InputError where it ends before its last row
+    Raise NoTrianglesError for a PLY without faces, InputError where it ends before its last row
     or has more rows than its header counts.
     """
     header = parse_ply_header(data, shape)
@@ -46,14 +46,14 @@ def read_ply(data: bytes, shape: ShapeFile) -> TriangleList:
     corners, sizes = _read_corners(rows.get("face"), shape)
     if (sizes < 2).any():
         row = int(np.flatnonzero(sizes < 2)[0])
-        raise shape.describe_inconsistency(f"face {row} has {sizes[row]} corners")
+        raise shape.make_inconsistency_error(f"face {row} has {sizes[row]} corners")
     flat, lengths = _read_corners(rows.get("tristrips"), shape)
     stripped = _strip_corners(np.split(flat, np.cumsum(lengths)[:-1]))
     corners = np.concatenate((corners, stripped.ravel()))
     sizes = np.concatenate((sizes, np.full(len(stripped), 3)))
     beyond = np.flatnonzero((corners < 0) | (corners >= len(points)))
     if len(beyond):
-        raise shape.describe_inconsistency(
+        raise shape.make_inconsistency_error(
             f"a face names vertex {corners[beyond[0]]}, its vertices are 0 to {len(points) - 1}",
         )
     found = cut_polygons(points, corners, sizes, shape)

@@ -41,7 +41,7 @@ NEXT = {
 def read_stl(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of an STL.
 
-    Raises InputError where it ends within a solid, or has fewer or more triangles than it counts.
+    Raise InputError where it ends within a solid, or has fewer or more triangles than it counts.
     """
     head = data[: HEADER_BYTES + TRIANGLE.itemsize]
     start = to_plain_bytes(data[:SEEN]) if b"\0" in head else data[:SEEN]
@@ -56,11 +56,11 @@ def read_stl(data: bytes, shape: ShapeFile) -> TriangleList:
     (count,) = struct.unpack("<I", data[80:84])
     held = (len(data) - HEADER_BYTES) // TRIANGLE.itemsize
     if count > held:
-        raise shape.describe_false_claim(f"{count} triangles")
+        raise shape.make_false_claim_error(f"{count} triangles")
     shape.check_triangles(count)
     rest = data[HEADER_BYTES + count * TRIANGLE.itemsize :]
     if held > count and _is_triangle_data(rest):
-        raise shape.describe_inconsistency(f"counts {count} triangles but holds {held}")
+        raise shape.make_inconsistency_error(f"counts {count} triangles but holds {held}")
     if count == 0:
         raise NoTrianglesError(f"{shape.name}: has no triangles; export the mesh again")
     rows = np.frombuffer(data, dtype=TRIANGLE, count=count, offset=HEADER_BYTES)
@@ -119,7 +119,7 @@ def _find_facets(text: bytes, shape: ShapeFile) -> tuple[list[bytes], list[int],
         elif word not in NEXT[last]:
             if number == len(lines):
                 break  # within a word
-            raise shape.describe_inconsistency(
+            raise shape.make_inconsistency_error(
                 f"{quote_line(number, line)}: cannot follow {last.decode()} in an STL"
             )
         elif word == b"endloop":
@@ -127,7 +127,7 @@ def _find_facets(text: bytes, shape: ShapeFile) -> tuple[list[bytes], list[int],
             start = len(rows)
         last = word
     if last != b"endsolid":
-        raise shape.describe_truncation(
+        raise shape.make_truncation_error(
             f"ends within a solid (line {len(lines)}, after {last.decode()})"
         )
     return rows, numbers, sizes

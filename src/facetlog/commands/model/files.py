@@ -36,7 +36,7 @@ def model_files(arguments: Sequence[str]) -> tuple[Path, ...]:
     """Return the model files that these files, folders, patterns and "-" name, each once.
 
     Folders and patterns in alphabetical order, without hidden folders. A file that is not there is
-    among them: reading it will say so. Raises InputError for a folder or pattern without models.
+    among them: reading it will say so. Raise InputError for a folder or pattern without models.
     """
     found: list[Path] = []
     for argument in arguments:

@@ -46,7 +46,7 @@ def make_example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "
     """Return the facts of an example's scene except those on demand; files are relative to the
     model file.
 
-    Raises InputError for a file that is no scene, and for sizes that nothing can have.
+    Raise InputError for a file that is no scene, and for sizes that nothing can have.
     """
     if isinstance(scene, s.SceneFile):
         return read_labelled_facts(model_file.parent / scene.path.value)
@@ -76,7 +76,7 @@ def _build_scene(scene: s.SceneBuilt) -> "Scene":
 def read_labelled_facts(path: Path) -> "Iterable[Fact]":
     """Return the facts of a scene file, or of a folder that -o wrote, except those on demand.
 
-    Raises InputError if it is none.
+    Raise InputError if it is none.
     """
     return scene_file(path).facts()
 
