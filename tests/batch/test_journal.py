@@ -138,3 +138,18 @@ def test_a_full_disk_keeps_the_rows_so_far_and_says_so(
         assert [row["path"] for row in journal.rows("ag")] == ["a", "g"]
     with Journal.opened(tmp_path / "j", RUN, {}) as journal:
         assert len(journal) == 7
+
+
+def test_rows_come_in_any_order_asked_and_as_often(tmp_path: Path) -> None:
+    with _written(tmp_path / "j") as journal:
+        for _ in range(2):
+            assert [row["path"] for row in journal.rows("cab")] == ["c", "a", "b"]
+        assert "a" in journal
+        assert "z" not in journal
+
+
+def test_to_start_over_throws_no_file_of_others_away(tmp_path: Path) -> None:
+    (tmp_path / "j").write_text("my thesis\n")
+    with pytest.raises(InputError, match="is no journal of classify"):
+        Journal.opened(tmp_path / "j", RUN, {}, afresh=True)
+    assert (tmp_path / "j").read_text() == "my thesis\n"

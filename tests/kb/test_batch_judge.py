@@ -1,7 +1,9 @@
 """Brief verdicts: those of the full judge to the last digit, on one scene after the other."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +69,38 @@ NEEDS_UP = frozenset(
         "clear_below",
         "overlap",
     )
+)
+
+
+# What quantifiers go through depends on no part, on one, on all, on what a goal finds out of them.
+QUANTIFIED = """:- module(q, []).
+:- use_module(facetlog(vocabulary)).
+means(big(F), at_least(fill(F), 0.6)).
+means(beside(F, G), any([adjoins(F, G), at_most(angle(F, G), 45)])).
+candidate(_, Thing, [A, B]) :- face_of(Thing, A), face_of(Thing, B), A @< B.
+members(T, A, B, Fs) :-
+    findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), possible(beside(F, A)) ), Found),
+    sort(Found, Fs).
+"""
+CONDITIONS = (
+    "each(F, Fs, all([big(F), at_most(angle(F, A), 60), near(angle(F, B), 90, 10)]))",
+    "each(F, Fs, implies(at_least(area(F), area(A)), adjoins(F, B)))",
+    "some(F, Fs, all([big(F), adjoins(F, A), at_least(offset(F, B), 0.1*length(B))]))",
+    "not(some(F, Fs, any([opposite(F, A), opposite(F, B)])))",
+    "any([at_least_of(4, F, Gs, big(F)), some(F, Fs, whole(T))])",
+    "at_least_in(4, whole(T), F, Gs, big(F))",
+    "any([whole(T), each_pair(F, G, Fs, any([adjoins(F, G), at_least(angle(F, G), 120)]))])",
+    "implies(whole(T), each(F, Fs, at_least(share(F), 0.9)))",
+    "expect(0.3, at_most_of(2, F, Gs, at_least(fill(F), 0.9)))",
+    "if_known(each_pair(F, G, Fs, implies(all([big(F), big(G)]), at_most(angle(F, G), 100))))",
+)
+BODIES = (
+    "members(T, A, B, Fs), separate(Fs, Gs)",
+    "findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]) ), Found), sort(Found, Fs), Gs = [Fs]",
+    "findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), possible(any([all([opposite(F, A), "
+    "at_least(area(F), area(B))]), adjoins(F, B)])) ), Found), sort(Found, Fs), separate(Fs, Gs)",
+    "exclude(==(unseen), [A, B], Ps), findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), "
+    "possible(some(P, Ps, adjoins(F, P))) ), Found), sort(Found, Fs), Gs = [Fs, Ps]",
 )
 
 
@@ -274,3 +308,30 @@ def test_all_code_that_judges_changes_the_name_of_what_was_judged() -> None:
     root = house("rules").parent
     named = {path for pattern in JUDGING_CODE for path in root.glob(pattern)}
     assert named == {*house("rules").glob("*.pl"), *(house("kb") / "prolog").rglob("*.pl")}
+
+
+def test_rows_by_functor_are_the_same_facts_in_any_order(judge: BatchJudge) -> None:
+    facts = facts_of("desk")
+    rows: dict[str, list[Fact]] = defaultdict(list)
+    for fact in facts:
+        rows[str(fact[0])].append(fact[1:])
+    shuffled = [facts[i] for i in np.random.default_rng(0).permutation(len(facts))]
+    assert judge.judge(rows) == judge.judge(shuffled) == judge.judge(facts)
+
+
+@pytest.mark.slow
+def test_what_quantifiers_go_through_is_judged_as_in_full(tmp_path: Path) -> None:
+    lines = [QUANTIFIED]
+    for i, (body, test) in enumerate(product(BODIES, CONDITIONS)):
+        lines.append(f'model(m{i}, "A model.", [a, b]).')
+        lines.append(f'condition(m{i}, one, "it is so", T, [A, B], {test}) :- {body}.')
+        lines.append(f'condition(m{i}, two, "they meet", _, [A, B], adjoins(A, B)).')
+    path = tmp_path / "q.pl"
+    path.write_text("\n".join(lines) + "\n")
+    step = facts_of("l_block")
+    with (
+        BatchJudge([path], trusted=True) as judge,
+        open_knowledge_base([path], trusted=True) as base,
+    ):
+        for facts in (step, as_whole(step, 4), noisy(facts_of("wedge"), 9, by=20)):
+            assert judge.judge(facts) == in_full(base, facts)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from facetlog.batch.output import read_rows
+from facetlog.batch.output import read_rows, write_rows
 from facetlog.cli import main
 from facetlog.perception.surfaces.exact_solids.polyhedra import boxes, cuboid, table
 from facetlog.perception.surfaces.scene_file import write_scene
@@ -222,6 +222,7 @@ def _rows_in(journal: Path, least: int) -> None:
     raise AssertionError("the run did not begin")
 
 
+@pytest.mark.parametrize("suffix", ["jsonl", "parquet"])
 @pytest.mark.slow
 def test_a_run_that_was_killed_goes_on_with_nothing_lost_and_nothing_twice(
     suffix, tmp_path, monkeypatch
@@ -335,3 +336,76 @@ def test_a_scene_that_would_take_all_memory_is_a_row_and_the_batch_goes_on(real_
         "in/a.json: box",
         "in/b.json: table",
     ]
+
+
+def test_rows_are_in_the_order_given_each_once(folder: Path) -> None:
+    given = [f"in/{name}.json" for name in reversed(NAMES)]
+    assert main(["classify", *given, *given, "-o", "r.csv", "--workers", "3"]) == 0
+    assert _paths("r.csv") == list(reversed(NAMES))
+
+
+def test_resume_refuses_results_of_other_models(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "better").touch()
+    assert main(["classify", "in", "-o", "r.csv"]) == 0
+    before = (folder / "r.csv").read_bytes()
+    capsys.readouterr()
+    assert main(["classify", "in", "-o", "r.csv", "--resume", "--models", "better"]) == 2
+    assert "r.csv: was made by other models" in capsys.readouterr().err
+    assert (folder / "r.csv").read_bytes() == before
+    assert not (folder / "r.csv.partial").exists()
+
+
+def test_changed_since_reads_scenes_as_they_were_read_then(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "box-1.ply").touch()
+    scenes = ["classify", "box-1.ply", "in/box-1.json"]
+    write_rows(
+        Path("old.jsonl"),
+        [
+            fake_row("box-1.ply", (), "up=z unit=mm crisp"),
+            fake_row("in/box-1.json", (), "crisp"),
+        ],
+    )
+    assert main(["classify", "--changed-since", "old.jsonl"]) == 0
+    assert capsys.readouterr().out == "0 verdicts of 0 scenes differ, of 2 compared\n"
+    assert main([*scenes, "--changed-since", "old.jsonl", "--up", "y", "-o", "new.jsonl"]) == 0
+    assert capsys.readouterr().out.endswith(
+        "1 scene was read with other options than then, and not compared\n"
+    )
+    assert [row["read_as"] for row in read_rows(Path("new.jsonl"))] == ["unit=mm crisp", "crisp"]
+    assert main([*scenes[:2], "--changed-since", "old.jsonl", "--up", "y"]) == 2
+    assert "up=z unit=mm crisp, now up=y unit=mm crisp" in capsys.readouterr().err
+
+
+def test_what_cannot_have_changed_is_not_classified_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("facetlog.batch.run.hash_content", lambda path: path.read_text().strip("!"))
+    assert main(["classify", "in", "-o", "old.csv"]) == 0
+    (folder / "in" / "box-1.json").write_text("other")
+    capsys.readouterr()
+    assert main(["classify", "in", "-o", "new.csv", "--changed-since", "old.csv"]) == 0
+    # Not those whose content is another, and not those that had an error.
+    assert "(3 of them before)" in capsys.readouterr().err
+
+
+def test_pages_replace_those_of_an_earlier_run_and_nothing_else(folder: Path) -> None:
+    assert main(["classify", "in", "--html", "pages", "-o", "r.csv"]) == 0
+    again = ["classify", "in/box-1.json", "--html", "pages"]
+    assert main([*again, "-o", "r.csv", "--overwrite"]) == 0
+    assert _pages(folder / "pages") == ["box-1.html", "index.html", "run.json"]
+    (folder / "pages" / "notes.txt").touch()
+    assert main(again) == 2
+    assert "notes.txt" in _pages(folder / "pages")
+
+
+def test_what_is_right_does_not_depend_on_what_could_be_read(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "labels.csv").write_text("file,label\nin/bad-1.json,box\n")
+    assert main(["classify", "--labels", "labels.csv", "--json", "-o", "r.csv"]) == 0
+    matrix = json.loads(capsys.readouterr().out)["confusion"]["matrix"]
+    assert matrix["box"]["error"] == 1

@@ -1,10 +1,31 @@
 """Terms there and back, of all kinds, exactly."""
 
+import math
+from fractions import Fraction
+
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var, decode_terms, format_prolog_term
 from facetlog.kb.knowledge_base import KnowledgeBase
+
+NAMES = st.text(st.characters(exclude_categories=("Cs",)), max_size=8)
+TERMS: st.SearchStrategy[Term] = st.recursive(
+    st.one_of(
+        st.integers(),
+        st.floats(allow_nan=False),
+        st.fractions().filter(lambda f: f.denominator > 1),
+        NAMES,
+        NAMES.map(Atom),
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3).map(tuple),
+        st.builds(Struct, NAMES, st.lists(inner, max_size=3).map(tuple)),
+    ),
+    max_leaves=8,
+)
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +83,28 @@ def test_what_is_nested_deeper_than_python_reads_is_one_line(levels: int) -> Non
     assert decode_terms('[{"f": "g", "t": [1]}]') == [Struct("g", (1,))]
     with pytest.raises(EngineError, match="nested too deeply"):
         decode_terms(f"""[{'{"f": "g", "t": [' * levels}1{"]}" * levels}]""")
+
+
+@settings(max_examples=80)
+@given(TERMS)
+def test_terms_survive_the_way_to_prolog_and_back(term: Term) -> None:
+    assert there_and_back(KnowledgeBase(), term) == term
+
+
+@pytest.mark.parametrize("text", ["\0", "a\0b", "ä€😀", "'), halt, X = ('", "\\", "\n", "", "[]"])
+def test_awkward_text_is_kept_and_never_runs(base: KnowledgeBase, text: str) -> None:
+    assert there_and_back(base, Atom(text)) == Atom(text)
+    assert there_and_back(base, text) == text
+
+
+@pytest.mark.parametrize("number", [0.1, -0.0, 5e-324, 1.7976931348623157e308, math.inf, -math.inf])
+def test_floats_are_exact(base: KnowledgeBase, number: float) -> None:
+    back = there_and_back(base, number)
+    assert isinstance(back, float)
+    assert math.copysign(1, back) == math.copysign(1, number)
+    assert back == number
+
+
+def test_a_rational_is_no_float(base: KnowledgeBase) -> None:
+    assert there_and_back(base, Fraction(1, 3)) == Fraction(1, 3)
+    assert list(base.query("X is 2r6 + 1r3")) == [(Fraction(2, 3),)]

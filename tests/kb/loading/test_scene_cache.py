@@ -3,6 +3,7 @@
 import logging
 import os
 import resource
+import stat
 import subprocess
 import sys
 import time
@@ -16,11 +17,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import facetlog
-from facetlog.kb.engine.terms import Struct, Term
+from facetlog.kb.engine.engine import house
+from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.scene_cache import (
+    LOADING_CODE,
     SceneCache,
+    _content,
+    compute_schema_hash,
     get_default_folder,
 )
 from facetlog.perception.facts.all_facts import scene_facts
@@ -291,3 +296,60 @@ def test_two_processes_write_and_read_one_file_at_once(tmp_path: Path) -> None:
         _, errors = process.communicate(timeout=60)
         assert process.returncode == 0, errors.decode()
     assert len(list((tmp_path / "scenes").iterdir())) == 1
+
+
+def test_content_prolog_and_schema_each_have_a_file_of_their_own(cache: SceneCache) -> None:
+    paths = {
+        cache.path(content, identity, schema)
+        for content in ("a", "b", "a\x00", '"a", "b"')
+        for identity in ("9.0.4", "9.2.9")
+        for schema in (None, "another")
+    }
+    assert len(paths) == 16
+    assert cache.path("a", "9.0.4", compute_schema_hash()) == cache.path("a", "9.0.4")
+
+
+def test_a_file_with_other_facts_than_it_says_leaves_the_scene_empty(
+    prolog: Prolog, cache: SceneCache, saved: Path, tmp_path: Path
+) -> None:
+    with prolog.scene(BLOCK) as module:
+        file = tmp_path / "facts.qlf"
+        save = Struct("save", (Atom(module), Atom(str(file))))
+        assert prolog.ask("save_scene", format_prolog_term(save)) == len(BLOCK)
+        content = _content(saved, module, file.read_bytes(), len(BLOCK) + 1)
+    assert content is not None
+    saved.write_bytes(content)
+    assert loads(prolog, cache, saved) is None
+
+
+def test_the_folder_is_private(cache: SceneCache, saved: Path) -> None:
+    assert stat.S_IMODE(saved.parent.stat().st_mode) == 0o700
+    assert stat.S_IMODE(saved.stat().st_mode) == 0o600
+
+
+def test_a_folder_of_another_user_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    me = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: me + 1)
+    assert SceneCache(tmp_path).folder is None
+    assert "belongs to another user" in caplog.text
+
+
+def test_only_old_half_written_files_are_deleted(
+    prolog: Prolog, cache: SceneCache, saved: Path
+) -> None:
+    old, young = saved.with_name("old.part"), saved.with_name("young.part")
+    other = saved.with_name("notes.txt")
+    for path in (old, young, other):
+        path.write_text("half")
+    os.utime(old, (time.time() - 7200,) * 2)
+    os.utime(other, (time.time() - 7200,) * 2)
+    with prolog.scene(BLOCK) as module:
+        assert cache.save(saved, module, prolog.ask)
+    assert {p.name for p in saved.parent.iterdir()} == {saved.name, "young.part", "notes.txt"}
+
+
+def test_all_code_that_makes_facts_changes_the_name_of_kept_scenes() -> None:
+    for pattern in LOADING_CODE:
+        assert list(house("kb").glob(pattern)), pattern

@@ -10,7 +10,7 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.follow_views import FollowedViews
 from facetlog.perception.reading.path_guard import OutsideError
 from facetlog.perception.reading.read_views import read_views
-from tests.perception.reading.view_folders import transforms, write_transforms
+from tests.perception.reading.view_folders import POSES, transforms, write_tour, write_transforms
 
 ABSENT = "../elsewhere/absent.png"
 OUTSIDE = (
@@ -117,3 +117,22 @@ def test_every_command_that_reads_pictures_refuses_in_one_line_and_takes_trust(
     assert err.startswith("facetlog: views/transforms.json: picture '../elsewhere/images/0.png'")
     main([*command, "views", "--trust"])
     assert "outside" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("outside", OUTSIDE)
+def test_a_followed_folder_is_held_to_the_same(outside: str, folder: Path) -> None:
+    _name(folder, outside)
+    views = iter(FollowedViews(folder, timeout=0.0))
+    next(views)
+    with pytest.raises(OutsideError, match=r"trust the poses file \(--trust, trust=True\)"):
+        next(views)
+    if outside != ABSENT:
+        assert len(list(FollowedViews(folder, trusted=True, timeout=0.0))) == 3
+
+
+def test_a_tour_is_held_to_the_same(tmp_path: Path) -> None:
+    write_tour(tmp_path / "elsewhere")
+    write_tour(tmp_path / "tour", POSES.replace("1.png", "../elsewhere/1.png"))
+    with pytest.raises(OutsideError, match=r"picture '\.\./elsewhere/1\.png' is outside"):
+        read_views(tmp_path / "tour")
+    assert len(read_views(tmp_path / "tour", trusted=True).views) == 2

@@ -289,3 +289,14 @@ def test_files_that_are_no_poses_are_named(tmp_path: Path, name: str, text: str,
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=says):
         read_views(tmp_path / name)
+
+
+def test_a_unit_makes_lengths_metres(tmp_path: Path) -> None:
+    found = read_views(write_transforms(tmp_path) / "transforms.json", unit="mm")
+    assert found.metric
+    np.testing.assert_allclose(found.views[2].pose.centre, [0.002, 0, 0])
+
+
+def test_a_unit_that_contradicts_the_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="leave one out"):
+        read_views(write_tour(tmp_path), unit="mm")

@@ -90,3 +90,13 @@ def test_a_large_view_that_was_turned_is_turned_where_it_is_read_again(tmp_path:
     assert view.image.shape == (600, 800)
     assert view.stored is not None
     assert np.array_equal(view.stored.read(), SHOWN)
+
+
+def test_its_camera_sees_points_where_the_stored_picture_has_them(tmp_path: Path) -> None:
+    view = picture_of_view(posed(tmp_path / "a.png"), smooth_picture(), BENT)
+    assert view.stored is not None
+    ray = np.array([0.2, -0.1, 1.0])
+    small, large = view.camera.matrix @ ray, view.stored.camera.matrix @ ray
+    np.testing.assert_allclose(
+        (small[:2] + 0.5) * view.enlargement - 0.5, large[:2], rtol=0, atol=1e-9
+    )

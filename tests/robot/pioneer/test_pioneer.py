@@ -10,6 +10,8 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.pioneer.guard import Cause, Problem
+from facetlog.robot.pioneer.packets.commands import Command
+from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.pioneer import Pioneer
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
@@ -176,3 +178,72 @@ def test_a_fork_leaves_the_robot_to_its_parent() -> None:
                 os._exit(0 if "forked" in str(error) and len(port.written) == before else 1)
             os._exit(2)
         assert os.waitpid(child, 0)[1] == 0
+
+
+def test_a_lease_runs_out_and_the_robot_stands() -> None:
+    scripted = ScriptedRobot()
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.enable_motors()
+        keep_driving(robot, lambda: robot.state.speed > 0.25)
+        robot.wait_for(lambda s: s.standing, PATIENCE)
+        assert Cause.LEASE in [p.cause for p in robot.problems]
+
+
+def test_an_exception_in_the_block_stops_the_robot_and_comes_through() -> None:
+    scripted = ScriptedRobot()
+    port = ScriptedPort(scripted)
+
+    def interrupted() -> None:
+        with Pioneer.connect(port) as robot:
+            robot.enable_motors()
+            keep_driving(robot, lambda: robot.state.speed > 0.2)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert (scripted.speed, scripted.motors, port.closed) == (0.0, False, True)
+
+
+def test_a_bumper_stops_the_robot_and_the_callback_is_reported() -> None:
+    scripted = ScriptedRobot()
+    told: list[Problem] = []
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.on_problem(told.append)
+        robot.enable_motors()
+        keep_driving(robot, lambda: robot.state.speed > 0.2)
+        scripted.front_bumpers = 1
+        with pytest.raises(DeviceError, match="bumper pressed"):
+            keep_driving(robot, lambda: False)
+        until(lambda: Cause.BUMPER in [p.cause for p in told])
+        robot.wait_for(lambda s: s.standing, PATIENCE)
+        assert robot.halted is not None
+        assert robot.halted.cause is Cause.BUMPER
+        scripted.front_bumpers = 0
+        robot.wait_for(lambda s: not any(s.front_bumpers), PATIENCE)
+        robot.clear_stop()
+        keep_driving(robot, lambda: robot.state.speed > 0.1)
+
+
+def test_settings_go_out_one_by_one_and_again_where_they_did_not_arrive() -> None:
+    scripted = ScriptedRobot()
+    take = scripted._take
+    lost: list[float] = []
+
+    def forgetful(packet: Packet, now: float) -> None:
+        if packet.kind == Command.SETRV and not lost:
+            lost.append(now)
+        else:
+            take(packet, now)
+
+    scripted._take = forgetful  # type: ignore[method-assign]
+    port = ScriptedPort(scripted)
+    with Pioneer.connect(port) as robot:
+        robot.enable_motors()
+        assert lost
+        assert scripted.configuration is not None
+        assert scripted.configuration.turning_max == 30
+        names = scripted.names()
+        assert [names.count(name) for name in ("SETV", "SETRV", "SETA", "SETRA")] == [1] * 4
+        times = [at for at, name, _ in scripted.commands if name in ("SETV", "SETA", "SETRA")]
+        assert max(times) - min(times) > 0.1  # 0.05 s each; the machine may be late for the first
+    assert scripted.configuration.speed_max == 750

@@ -8,10 +8,12 @@ from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 from facetlog.perception.shapes.regions.floor_and_walls import FROM_FLOOR, HELD_OTHERWISE
+from facetlog.perception.shapes.regions.point_bodies import cluster_bodies
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
     box_points,
     boxes_points,
+    cylinder_points,
     rectangle,
     turned,
 )
@@ -237,3 +239,71 @@ def test_an_empty_room_in_metres_is_no_thing(walls: int) -> None:
     carton = make_cloud_scene(Cloud.of(points / 4.0), up=Z, metric=True)
     assert any(body.faces for body in carton.bodies)
     assert not fact_rows(scene, {"thing_size"}).get("thing_size")
+
+
+def test_scene_turns_and_scales_with_its_cloud() -> None:
+    points = box_points(SIZE, 6000, noise=0.01)
+    one, two = (make_cloud_scene(Cloud.of(p)) for p in (points, 1000.0 * turned(points)))
+    assert len(one.faces) == len(two.faces) == 6
+    np.testing.assert_allclose(1000.0 * np.array(lengths(one)), lengths(two), rtol=1e-3)
+
+
+@pytest.mark.slow
+def test_table_top_looks_up_and_its_underside_down() -> None:
+    scene = make_cloud_scene(Cloud.of(table(noise=0.002)), up=Z)
+    level = [f for f in scene.faces if abs(f.plane.normal @ Z) > 0.99]
+    top = [f for f in level if abs(f.plane.distance(np.array([0.6, 0.4, 0.7]))) < 0.01]
+    under = [f for f in level if abs(f.plane.distance(np.array([0.6, 0.4, 0.64]))) < 0.01]
+    assert [bool(f.plane.normal @ Z > 0.0) for f in top] == [True]
+    assert not any(f.plane.normal @ Z > 0.0 for f in under)
+    assert len(under) >= 1
+    assert len(top[0].outline) == 4
+    assert len(scene.bodies) == 1
+
+
+def test_cylinder_wall_gives_no_box() -> None:
+    scene = make_cloud_scene(Cloud.of(cylinder_points(0.3, 0.6, 8000, 0.002)))
+    areas = sum(float(p.areas.sum()) for p in scene.patches)
+    assert areas > 0.85 * 2.0 * np.pi * 0.3 * 0.6
+
+
+def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
+    still = box_on_a_floor(0.0)
+    on_box = (np.abs(still[:, :2]) <= [0.2, 0.15]).all(axis=1) & (still[:, 2] > 0.0)
+    points = box_on_a_floor(np.where(on_box, 0.01, 0.001)[:, None])
+    scene = make_cloud_scene(Cloud.of(points), up=Z)
+    (body,) = (body for body in scene.bodies if body.faces)
+    assert len(body.faces) == 5
+    assert not any(patch.areas.any() for patch in scene.patches)
+
+
+@pytest.mark.parametrize("apart", [0.5, 0.8])
+@pytest.mark.slow
+def test_boxes_near_a_floors_corners_stand_on_it(apart: float) -> None:
+    rng = np.random.default_rng(0)
+    floor = rectangle(rng, 15_000, np.array([-1.2, -1.2, 0.0]), 2.4 * X, 2.4 * Y)
+    boxes = [
+        box_points((0.4, 0.3, 0.25), 1200, seed=k, sides=("-x", "+x", "-y", "+y", "+z"))
+        + np.array([x * apart - 0.2, y * apart - 0.15, 0.0])
+        for k, (x, y) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1)))
+    ]
+    points = np.vstack([floor, *boxes])
+    scene = make_cloud_scene(Cloud.of(points + rng.normal(0.0, 0.001, points.shape)), up=Z)
+    assert [len(body.faces) for body in scene.bodies] == [5, 5, 5, 5]
+
+
+@pytest.mark.slow
+def test_an_empty_shell_is_a_thing() -> None:
+    points = box_points((3.0, 3.0, 2.0), 12_000, noise=0.002)
+    scene = make_cloud_scene(Cloud.of(points), up=Z)
+    assert [len(body.faces) for body in scene.bodies] == [6]
+
+
+def test_a_region_is_of_one_object_though_its_points_are_far_apart() -> None:
+    rng = np.random.default_rng(0)
+    halves = [rng.uniform(size=(200, 3)) * 0.1 + [x, 0.0, 0.0] for x in (0.0, 1.0)]
+    points = np.vstack(halves)
+    alone = cluster_bodies(points, np.full(400, -1), 0.02)
+    joined = cluster_bodies(points, np.zeros(400, dtype=np.intp), 0.02)
+    assert set(alone.tolist()) == {0, 1}
+    assert set(joined.tolist()) == {0}

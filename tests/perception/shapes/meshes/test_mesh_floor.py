@@ -156,3 +156,11 @@ def test_parts_of_a_chair_with_gaps_are_one_thing_beside_others(gap: float) -> N
     one = together(apart, seat, back)
     far = block((30.0, 0, 0), (30.4, 0.4, 0.4))
     assert len(scene_of(together(one, far)).bodies) == 2
+
+
+@pytest.mark.parametrize("count", [3, 16])
+def test_chairs_in_a_row_are_as_many_whatever_the_row_is_long(count: int) -> None:
+    row = together(*(chair(0.6 * k, 0.0) for k in range(count)))
+    scene = scene_of(row)
+    assert len(scene.bodies) == count
+    assert len({len(body.faces) for body in scene.bodies}) == 1

@@ -299,3 +299,14 @@ def test_the_owner_needs_none_of_the_large_libraries() -> None:
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("driver", [0.3], indirect=True)
+@pytest.mark.slow
+def test_a_driver_that_is_suspended_and_then_killed_leaves_a_robot_that_stands(
+    robot: Robot, driver: subprocess.Popen[bytes]
+) -> None:
+    driver.send_signal(signal.SIGSTOP)
+    robot.hears(STOP)
+    driver.kill()
+    robot.hears(OFF + BYE)
