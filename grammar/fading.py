@@ -48,7 +48,9 @@ def get_soft_share(node: s.Comparison, scope: Scope) -> float:
 
 
 def is_count(node: s.Expression, scope: Scope) -> bool:
-    """Whether a number of elements is in a measure: there is nothing between two and three."""
+    """Return whether a number of elements is in a measure: there is nothing between two and
+    three.
+    """
     for inner in walk(node):
         if isinstance(inner, s.Call):
             word = scope.words.get(inner.name.text)

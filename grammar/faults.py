@@ -100,7 +100,7 @@ def alike(one: str, other: str) -> float:
 
 
 def is_slip(word: str, meant: str) -> bool:
-    """Whether a word is another one with a slip of the pen, and not a name of its own.
+    """Return whether a word is another one with a slip of the pen, and not a name of its own.
 
     Names that differ in a figure, a word of theirs or their last letter are different on purpose;
     two letters that changed places are a slip however short the word.

@@ -112,8 +112,9 @@ def _select_own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
 
 
 def _is_better(before: Sequence[Fault], after: Sequence[Fault], mended: Severity) -> bool:
-    """Whether one error less is left and none is new, and no warning either if it was a warning
-    that was mended."""
+    """Return whether one error less is left and none is new, and no warning either if it was a
+    warning that was mended.
+    """
     if mended is Severity.ERROR:
         before, after = _select_errors(before), _select_errors(after)
     if _is_crowded(before):
@@ -126,7 +127,7 @@ def _select_errors(faults: Iterable[Fault]) -> tuple[Fault, ...]:
 
 
 def _is_crowded(faults: Sequence[Fault]) -> bool:
-    """Whether there may be more faults than are listed, which show as others go."""
+    """Return whether there may be more faults than are listed, which show as others go."""
     return len(faults) >= MOST_FAULTS
 
 

@@ -37,16 +37,16 @@ def canonical(token: Token) -> Token:
 
 
 def has_reason(tokens: Sequence[Token]) -> bool:
-    """Whether a statement ends with a text that says why or what it is."""
+    """Return whether a statement ends with a text that says why or what it is."""
     last = tokens[-1]
     return last.kind == "string" and len(tokens) > 1 and tokens[0].text not in _NO_REASON
 
 
-def fit_on_one_line(tokens: Sequence[Token]) -> str:
+def space_tokens(tokens: Sequence[Token]) -> str:
     """Return the tokens with a blank where people write one.
 
     >>> from facetlog.grammar.reading.layout import laid_out
-    >>> fit_on_one_line(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
+    >>> space_tokens(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
     'angle(a, b) = 90 deg ± -5 %'
     """
     return "".join(gap + token.text for gap, token in zip(_iter_gaps(tokens), tokens, strict=True))
@@ -142,14 +142,14 @@ def _iter_breaks(tokens: Sequence[Token]) -> Iterator[_Break]:
 
 
 def _can_start_line(tokens: Sequence[Token], i: int) -> bool:
-    """Whether a line may begin with this token: not if it would begin a statement."""
+    """Return whether a line may begin with this token: not if it would begin a statement."""
     if i + 1 >= len(tokens):
         return i < len(tokens) and tokens[i].text not in STATEMENT_WORDS
     return tokens[i].text not in STATEMENT_WORDS and tokens[i + 1].text != ":"
 
 
 def _is_name_list(tokens: Sequence[Token], comma: int) -> bool:
-    """Whether a comma stands in a list of names before `:`, `of` or `where`."""
+    """Return whether a comma stands in a list of names before `:`, `of` or `where`."""
     i = comma
     while i + 2 < len(tokens) and tokens[i].text == "," and tokens[i + 1].kind == "word":
         i += 2
@@ -169,7 +169,7 @@ def iter_lines_with_comments(
     behind = {source.get_line_and_column(c.span.start)[0]: c.text for c in comments}
     indent = ""
     for number in sorted(lines.keys() | behind.keys()):
-        texts = [fit_on_one_line(lines.get(number, [])), behind.get(number, "")]
+        texts = [space_tokens(lines.get(number, [])), behind.get(number, "")]
         yield indent + "  ".join(text for text in texts if text)
         indent = HANGING
 
@@ -303,13 +303,13 @@ def _iter_blocks(source: Source) -> Iterator[_Block]:
 
 
 def _is_at(source: Source, comment: s.Comment, statement: Statement) -> bool:
-    """Whether a comment stands within a statement, or behind it on its last line."""
+    """Return whether a comment stands within a statement, or behind it on its last line."""
     end = statement.span.end
     return comment.span.start < end or "\n" not in source.text[end : comment.span.start]
 
 
 def _has_blank(source: Source, end: int, start: int) -> bool:
-    """Whether a line was left blank between two places."""
+    """Return whether a line was left blank between two places."""
     return source.text.count("\n", end, start) > 1
 
 
@@ -349,7 +349,7 @@ def _format_statement(
     elif readable:
         room = WIDTH - len(indent)
         body, reason = (tokens[:-1], tokens[-1].text) if has_reason(tokens) else (tokens, "")
-        line = fit_on_one_line(body)
+        line = space_tokens(body)
         if len(line) + (len(APART + reason) if reason else 0) <= room:
             return _Block((line,), indent, False, reason, comment)
         lines = tuple(break_into_lines(body, room, APART + reason if reason else ""))
@@ -360,6 +360,6 @@ def _format_statement(
 
 
 def _is_one(text: str, tokens: int) -> bool:
-    """Whether a text is one statement of so many tokens."""
+    """Return whether a text is one statement of so many tokens."""
     statements = laid_out(Source("", text)).statements
     return len(statements) == 1 and len(statements[0].tokens) == tokens

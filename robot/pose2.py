@@ -27,7 +27,7 @@ class Pose2:
             raise ValueError(f"({self.x}, {self.y}, {self.heading}) is no place on the floor")
 
     def compose(self, other: "Pose2") -> "Pose2":
-        """`other`, given in this pose's own frame, in the frame that this pose is given in.
+        """Return `other`, given in this pose's own frame, in the frame that this pose is given in.
 
         >>> Pose2(1.0, 0.0, math.pi).compose(Pose2(2.0, 0.0)).x
         -1.0
@@ -49,5 +49,5 @@ class Pose2:
         )
 
     def between(self, other: "Pose2") -> "Pose2":
-        """`other` in this pose's own frame, where both are given in one frame."""
+        """Return `other` in this pose's own frame, where both are given in one frame."""
         return self.inverse().compose(other)

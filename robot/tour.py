@@ -77,7 +77,7 @@ def make_ring_poses(
     jitter: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> tuple[Pose, ...]:
-    """`count` cameras evenly round `target` (3,), all looking at it, in the world's unit.
+    """Return `count` cameras evenly round `target` (3,), all looking at it, in the world's unit.
 
     `distance` is measured over the ground, `heights` above the target are taken in turn. With
     `jitter` (a share of the distance) place and aim are shifted at random.

@@ -54,7 +54,7 @@ MANIFEST = """\
 
 
 def manifest(package: Mapping[str, object]) -> str:
-    """The manifest of an extension, made from its package.json."""
+    """Return the manifest of an extension, made from its package.json."""
     engines, categories = package["engines"], package["categories"]
     return MANIFEST.format(
         name=quoteattr(str(package["name"])),
@@ -68,7 +68,7 @@ def manifest(package: Mapping[str, object]) -> str:
 
 
 def types() -> str:
-    """The types of the files by their endings."""
+    """Return the types of the files by their endings."""
     rows = "".join(
         f'<Default Extension="{suffix}" ContentType="{kind}"/>' for suffix, kind in SUFFIXES.items()
     )
@@ -77,7 +77,7 @@ def types() -> str:
 
 
 def entries(folder: Path) -> Iterator[tuple[str, bytes]]:
-    """The names of all files of the .vsix, and what they hold."""
+    """Return the names of all files of the .vsix, and what they hold."""
     package = json.loads((folder / "package.json").read_text(encoding="utf-8"))
     yield "extension.vsixmanifest", manifest(package).encode()
     yield "[Content_Types].xml", types().encode()

@@ -66,7 +66,7 @@ class Thing:
         return cls(scene, fact_rows(scene))
 
     def value(self, functor: str, of: str) -> float:
-        """The first number that a fact says of a face or thing."""
+        """Return the first number that a fact says of a face or thing."""
         return next(float(row[1]) for row in self.facts[functor] if row[0] == of)
 
     def named(self, functor: str, *last: str) -> set[int]:
@@ -97,7 +97,7 @@ class Drawing:
         self._draw_faces(meant)
 
     def at(self, point: Point) -> str:
-        """A point of the scene as SVG has it."""
+        """Return a point of the scene as SVG has it."""
         x, y, z = point
         column = self._left + self._px * (x + RIGHT * y)
         row = self._floor - self._px * (z + UPWARDS * y)
@@ -112,17 +112,17 @@ class Drawing:
             self.polygon(corners[i].tolist(), "meant" if i in meant else "face")
 
     def polygon(self, points: Sequence[Point], style: str) -> None:
-        """A closed line, filled as its style says."""
+        """Return a closed line, filled as its style says."""
         self.lines.append(f'<polygon class="{style}" points="{" ".join(map(self.at, points))}"/>')
 
     def level(self, low: Point, high: Point, height: float, style: str) -> None:
-        """A level rectangle between two corners of the plan."""
+        """Return a level rectangle between two corners of the plan."""
         (a, b), (c, d) = low[:2], high[:2]
         corners = [(a, b, height), (c, b, height), (c, d, height), (a, d, height)]
         self.polygon(corners, style)
 
     def length(self, start: Point, end: Point) -> None:
-        """A line with an arrow at both ends; a dot where it has no length."""
+        """Return a line with an arrow at both ends; a dot where it has no length."""
         (a, b), (c, d) = self.at(start).split(","), self.at(end).split(",")
         if (a, b) == (c, d):
             self.lines.append(f'<circle class="point" cx="{a}" cy="{b}" r="4"/>')
@@ -141,7 +141,7 @@ class Panel:
 
 
 def panels() -> Iterator[Panel]:
-    """All panels in the order of the vocabulary."""
+    """Return all panels in the order of the vocabulary."""
     table, chair, shelf = Thing.built("table"), Thing.built("chair"), Thing.built("shelf", boards=4)
     top, seat, board = "f2", "f2", "f18"
     length, width, _ = table.size
@@ -250,7 +250,7 @@ def _metres(thing: Thing, functor: str, of: str) -> str:
 
 
 def picture() -> str:
-    """The sheet as SVG."""
+    """Return the sheet as SVG."""
     shown = list(panels())
     rows = -(-len(shown) // COLUMNS)
     width, height = COLUMNS * PANEL_WIDTH + 20, rows * PANEL_HEIGHT + 20

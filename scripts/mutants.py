@@ -66,12 +66,12 @@ class Mutant:
     predicate: str
 
     def text(self) -> str:
-        """The file with the change."""
+        """Return the file with the change."""
         before = _text(self.file)
         return before[: self.start] + self.new + before[self.end :]
 
     def key(self) -> tuple[str, str, str]:
-        """As EQUIVALENT names it."""
+        """Return what EQUIVALENT names it by."""
         before, old, after = (
             _text(self.file)[start:end]
             for start, end in ((0, self.start), (self.start, self.end), (self.end, None))
@@ -115,8 +115,9 @@ class Program:
             self._answers.put(line)
 
     def ask(self, question: str) -> Any:
-        """The answer. Raise Empty if it takes too long or the mutant died, ValueError if it cannot
-        be read."""
+        """Return the answer. Raise Empty if it takes too long or the mutant died, ValueError if it
+        cannot be read.
+        """
         self._questions.write(question)
         self._questions.flush()
         end = time.monotonic() + self.seconds
@@ -168,7 +169,7 @@ class Killers:
         """How many were killed because they said nothing in time."""
 
     def learn(self, program: Program) -> None:
-        """What the program says as it is. Raise SystemExit if a test fails already."""
+        """Note what the program says as it is. Raise SystemExit if a test fails already."""
         program.become(None)
         for case in self._cases:
             self._said.append(program.ask(written(case)))
@@ -179,7 +180,7 @@ class Killers:
         program.done()
 
     def kill(self, program: Program, mutant: Mutant) -> bool:
-        """Whether one of them does. Raises Empty or ValueError for what cannot be loaded."""
+        """Return whether one of them does. Raise Empty or ValueError for what cannot be loaded."""
         program.become(mutant)
         try:
             for killer in tuple(self._order):
@@ -213,7 +214,7 @@ def _differs(case: Case, said: Any) -> bool:
 
 
 def found_in(program: Program, file: str) -> list[Mutant]:
-    """All single changes of the clauses of a file."""
+    """Return all single changes of the clauses of a file."""
     changes = program.ask(f"changes({str(ROOT / file)!r}).\n")
     return [
         Mutant(file, line, start, end, new, predicate)

@@ -83,7 +83,7 @@ def _of_newcomer(base: KnowledgeBase, shapes: Path) -> Iterator[Row]:
 
 
 def measure(settings: Settings) -> Report:
-    """A row each text and kind of input, and one each of a newcomer's shapes."""
+    """Return a row each text and kind of input, and one each of a newcomer's shapes."""
     folder = find_data_set("newcomer")
     with open_knowledge_base([TEXTS], trusted=True, raw=True) as base:
         rows = tuple(_row(base, name, kind, settings) for name in THINGS for kind in INPUTS)

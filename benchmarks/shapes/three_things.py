@@ -62,13 +62,14 @@ THINGS: Mapping[str, tuple[Corners, ...]] = MappingProxyType(
 
 
 def from_mesh(name: str) -> Scene:
-    """The scene of the thing's mesh, its boards laid together."""
+    """Return the scene of the thing's mesh, its boards laid together."""
     return make_mesh_scene(_mesh(name), up=UP, metric=True)
 
 
 def from_scan(name: str, seed: int, places: int) -> Scene:
-    """The scene of what a depth sensor sees of it on a floor, half a metre long, from places by
-    chance; no two seeds have a place in common."""
+    """Return the scene of what a depth sensor sees of it on a floor, half a metre long, from places
+    by chance; no two seeds have a place in common.
+    """
     seeds = range(places * seed, places * (seed + 1))
     views = [single_view(_mesh(name), UP, one, name=name, place=True) for one in seeds]
     cloud = Cloud.of(
@@ -112,7 +113,9 @@ def _world(name: str, seed: int) -> World:
 
 
 def _round(points: FloatArray) -> tuple[FloatArray, float]:
-    """The middle (3,) of the box round points (n, 3), and how far the farthest is from it."""
+    """Return the middle (3,) of the box round points (n, 3), and how far the farthest is from
+    it.
+    """
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     return middle, float(np.linalg.norm(points - middle, axis=1).max())
 

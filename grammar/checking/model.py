@@ -160,7 +160,9 @@ class _ModelChecker(ConditionChecker):
         self.statements()
 
     def _is_decisive(self, symbol: object) -> bool:
-        """Whether a part's own statement is a condition: how it lies, what it is, how many."""
+        """Return whether a part's own statement is a condition: how it lies, what it is, how
+        many.
+        """
         if not isinstance(symbol, PartSymbol | SetSymbol) or symbol.owned.node.optional:
             return False
         if isinstance(symbol, SetSymbol):
@@ -379,5 +381,5 @@ class _ModelChecker(ConditionChecker):
 
 
 def _is_fading(statement: s.Let | s.Define) -> bool:
-    """Whether it says over which share of them limits fade: a constant of that very name."""
+    """Return whether it says over which share of them limits fade: a constant of that very name."""
     return isinstance(statement, s.Let) and statement.name.text == FADING

@@ -130,7 +130,7 @@ def _find_adjoining_pair(node: s.Expression, given: dict[str, str]) -> tuple[str
 
 
 def _is_orientation(node: s.Expression, scope: Scope) -> bool:
-    """Whether it says how faces lie: a property of one, or an angle."""
+    """Return whether it says how faces lie: a property of one, or an angle."""
     match node:
         case s.Property(_, name, False):
             word = scope.words.get(name.text)
@@ -156,11 +156,13 @@ class _Join:
     groups: tuple[tuple[str, ...], ...]
 
     def before(self, a: str, b: str) -> bool:
-        """Whether a comes before b in one group of interchangeable parts, next to it."""
+        """Return whether a comes before b in one group of interchangeable parts, next to it."""
         return any((a, b) in pairwise(g) for g in self.groups)
 
     def together(self, a: str, b: str) -> bool:
-        """Whether two parts are interchangeable, so that their order says that they differ."""
+        """Return whether two parts are interchangeable, so that their order says that they
+        differ.
+        """
         return any(a in g and b in g for g in self.groups)
 
 
@@ -339,7 +341,7 @@ def _write_optional(join: _Join, part: PartSymbol, there: list[PartSymbol], writ
 
 
 def _is_linked(join: _Join) -> bool:
-    """Whether every part adjoins one that is there before it."""
+    """Return whether every part adjoins one that is there before it."""
     order = _order_parts(join)
     return (
         len(order) > 1

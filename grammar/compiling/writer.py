@@ -111,7 +111,7 @@ def write_word(name: str, arguments: tuple[Bound, ...]) -> Struct:
 
 
 def is_number(term: Term) -> bool:
-    """Whether a term is a number, or a length in metres."""
+    """Return whether a term is a number, or a length in metres."""
     return isinstance(term, int | float) or (isinstance(term, Struct) and term.functor == "metres")
 
 
@@ -225,7 +225,7 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
 
 
 def _is_search(node: s.Expression | None, scope: Scope) -> bool:
-    """Whether a condition goes through the thing: then it needs the thing and all parts."""
+    """Return whether a condition goes through the thing: then it needs the thing and all parts."""
     return any(
         isinstance(inner, s.There | s.Each | s.EachOf | s.Aggregate)
         for one in iter_conditions(node, scope)

@@ -59,7 +59,7 @@ class Context:
         return self.tokens[0].text if self.tokens else ""
 
     def is_after(self, *words: str) -> bool:
-        """Whether these are the last words."""
+        """Return whether these are the last words."""
         return tuple(t.text for t in self.tokens[-len(words) :]) == words
 
     @property
@@ -213,11 +213,13 @@ class _Completer:
         return tuple(token.text for token in self.context.tokens)
 
     def _wants_members(self) -> bool:
-        """Whether a count has just been said: faces, edges, or things of a model follow."""
+        """Return whether a count has just been said: faces, edges, or things of a model follow."""
         return {"faces", "vertices"} <= self.context.follow
 
     def _is_new_name(self) -> bool:
-        """Whether the author gives a name here: behind a kind, or in the list of a part's names."""
+        """Return whether the author gives a name here: behind a kind, or in the list of a part's
+        names.
+        """
         texts, tokens = self._get_texts(), self.context.tokens
         if texts[-1:] and texts[-1] in (*_KIND_WORDS, *_SEVERAL_PIECES, "each", "pair"):
             return True
@@ -227,7 +229,7 @@ class _Completer:
         )
 
     def _wants_parts(self) -> bool:
-        """Whether a list of parts is being written: after `each x of`, `pair x, y of`."""
+        """Return whether a list of parts is being written: after `each x of`, `pair x, y of`."""
         return bool(_RANGE.search(" ".join(self._get_texts())))
 
     def _complete_example(self) -> Iterator[lsp.CompletionItem]:
@@ -363,7 +365,9 @@ def _iter_introduced(texts: tuple[str, ...]) -> Iterator[str]:
 
 
 def _is_kind(texts: tuple[str, ...], i: int) -> bool:
-    """Whether the word there says what is gone through; those for pieces may be names, too."""
+    """Return whether the word there says what is gone through; those for pieces may be names,
+    too.
+    """
     if texts[i] in PIECE_WORDS:
         return texts[i - 1] in ("each", "a", "an", "no") or texts[i - 1].isdigit()
     return texts[i] in (*_KIND_WORDS, *_SEVERAL_PIECES)

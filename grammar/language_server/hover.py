@@ -6,7 +6,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import constant
 from facetlog.grammar.example_scenes import Builders
-from facetlog.grammar.format import fit_on_one_line
+from facetlog.grammar.format import space_tokens
 from facetlog.grammar.language_server.symbols import Symbol, SymbolKind
 from facetlog.grammar.limits import Limit
 from facetlog.grammar.reading.layout import laid_out
@@ -68,7 +68,7 @@ def show_statement(source: Source, offset: int) -> str:
     """Return the statement at a place, on one line; empty if there is none."""
     for statement in laid_out(source).statements:
         if offset in statement.span:
-            return fit_on_one_line(statement.tokens)
+            return space_tokens(statement.tokens)
     return ""
 
 

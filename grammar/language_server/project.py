@@ -226,7 +226,7 @@ def get_path(uri: str) -> Path:
 
 
 def is_builtin(path: Path) -> bool:
-    """Whether a file came with facetlog."""
+    """Return whether a file came with facetlog."""
     return BUILTIN in path.parents
 
 

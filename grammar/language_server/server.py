@@ -113,7 +113,7 @@ class Protocol(LanguageServerProtocol):
 
 
 def _is_number(number: object) -> bool:
-    """Whether a request may have this number: the protocol allows texts, too."""
+    """Return whether a request may have this number: the protocol allows texts, too."""
     return isinstance(number, int | str)
 
 
@@ -354,7 +354,7 @@ def _serve_questions(server: ModelServer) -> None:
 
 
 def _is_of(own: lsp.CodeActionKind, kinds: Sequence[lsp.CodeActionKind | str]) -> bool:
-    """Whether a kind is of one of some kinds: `source.fixAll` is of `source`, too."""
+    """Return whether a kind is of one of some kinds: `source.fixAll` is of `source`, too."""
     wanted = [str(getattr(kind, "value", kind)) for kind in kinds]
     return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in wanted)
 

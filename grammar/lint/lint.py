@@ -88,7 +88,7 @@ def _find_never(claims: Claims, region: Region) -> Fault | None:
 
 
 def _is_impossible(claims: Claims, rest: Linear) -> bool:
-    """Whether what should not be negative is."""
+    """Return whether what should not be negative is."""
     high = rest.interval(claims.ranges)[1]
     # Else nothing but measures that are never zero, taken off.
     return high < 0 or (
@@ -261,11 +261,11 @@ class _Errors:
             self._faulty |= heirs
 
     def touch(self, scope: Scope) -> bool:
-        """Whether a model, or one that it inherits from, has an error."""
+        """Return whether a model, or one that it inherits from, has an error."""
         return scope.model.name in self._faulty
 
     def touch_head(self, file: s.File) -> bool:
-        """Whether what stands before the first model of a file has an error."""
+        """Return whether what stands before the first model of a file has an error."""
         first = file.models[0].span.start if file.models else len(file.source.text)
         return any(source is file.source and at < first for source, at in self._places)
 

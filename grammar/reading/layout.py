@@ -159,7 +159,7 @@ class _Lines:
         self._end_statement()
 
     def _is_continued(self, token: Token) -> bool:
-        """Whether the statement goes on with this first token of a line."""
+        """Return whether the statement goes on with this first token of a line."""
         if token.text in ("and", "or"):
             return True
         last = self._tokens[-1]

@@ -170,7 +170,7 @@ class Readable:
         self._starts = sorted(node.span.start for node in nodes)
 
     def has(self, span: Span) -> bool:
-        """Whether the statement at a place could be read."""
+        """Return whether the statement at a place could be read."""
         at = bisect_left(self._starts, span.start)
         return at < len(self._starts) and self._starts[at] < span.end
 

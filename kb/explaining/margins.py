@@ -60,7 +60,7 @@ class Margin:
         return nearness(self.change, self.value, self.sd, self.kind)
 
     def text(self) -> str:
-        """For example 'unknown if tilt(f1) were 3.2° more (5.1 sd)'."""
+        """Return for example 'unknown if tilt(f1) were 3.2° more (5.1 sd)'."""
         unit = PERCENT if self.kind == "ratio" else choose_unit_for(self.unit, self.change)
         size = format_with_unit(amount(abs(unit.of(self.change))), unit.name)
         more = "more" if self.change > 0 else "less"

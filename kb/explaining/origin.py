@@ -311,7 +311,7 @@ def _iter_item_lines(
 def _iter_height_texts(
     heights: tuple[float, float, float] | None, length_unit: str | None
 ) -> Iterator[str]:
-    """From where to where something reaches above its thing's lowest point, where that is known."""
+    """Yield from where to where something is above its thing's lowest point, if that is known."""
     if heights is not None:
         low, high, sd = heights
         yield f"{format_lengths((low, high), sd, length_unit or '', sign=' to ')} up"

@@ -122,7 +122,7 @@ class Shortfall:
         return self.amount / self.sd if self.sd > 0 else None
 
     def text(self, unit: Unit) -> str:
-        """For example '3.8° short'."""
+        """Return for example '3.8° short'."""
         word = "short" if self.side is Side.BELOW else "over"
         missing = amount(float(measured(unit.of(self.amount), self.sd / unit.size)))
         return f"{format_with_unit(missing, unit.name)} {word}"
@@ -172,7 +172,7 @@ class Comparison:
         return choose_unit_for(self.unit(length_unit), self.value, self.sd, *limits, *missing)
 
     def text(self, length_unit: str | None, *, with_sd: bool = True) -> str:
-        """For example 'angle(f1, f2) = 90.3° ± 0.4°'."""
+        """Return for example 'angle(f1, f2) = 90.3° ± 0.4°'."""
         unit, measure, end = self.choose_unit_of_value(length_unit), measure_words(self.measure), ""
         if self.kind == "ratio":
             measure, end = describe_ratio(self.measure)

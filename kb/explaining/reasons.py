@@ -155,7 +155,7 @@ def _build_meaning_key(proof: Proof) -> object:
 
 
 def _measure_step_nearness(proof: Proof) -> tuple[bool, Nearness]:
-    """Sort steps from the one that is nearest to its limit; those without one come last."""
+    """Return the key that sorts steps nearest to their limits first, those without one last."""
     if isinstance(proof.detail, Comparison):
         return False, proof.detail.nearness
     return True, (True, 0.0)

@@ -56,7 +56,7 @@ def _rotate_head_from_axes(mount: Mount, pan: ArrayLike, tilt: ArrayLike) -> Flo
 
 
 def _locate_pinhole_in_robot(mount: Mount, axes: FloatArray) -> FloatArray:
-    """(..., 3), for `_rotate_head_from_axes` (..., 3, 3)."""
+    """Return places (..., 3), for `_rotate_head_from_axes` (..., 3, 3)."""
     offset = np.array([mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up])
     return np.asarray([mount.x, mount.y, mount.z] + _rotate_robot_from_head(mount) @ axes @ offset)
 

@@ -195,7 +195,7 @@ def shelf(
     back: bool,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """`boards` level boards between two sides, evenly from foot to top, open in front.
+    """Return `boards` level boards between two sides, evenly from foot to top, open in front.
 
     With a `back` it is shut behind. ValueError for fewer than two boards, or boards too thick.
     """

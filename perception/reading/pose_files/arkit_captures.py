@@ -32,7 +32,7 @@ from facetlog.perception.reading.pose_files.file_values import (
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseOptions,
     PoseReader,
-    format_with_unit,
+    make_metric_reader,
 )
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
@@ -163,14 +163,14 @@ POLYCAM = PoseReader(
     needs=f"Polycam's {KEYFRAMES} folder",
     find=_find_polycam,
     takes=lambda path: path.suffix == ".json" and path.parent.name in PAIRS,
-    read=format_with_unit(read_polycam, "m"),
+    read=make_metric_reader(read_polycam, "m"),
 )
 RECORD3D = PoseReader(
     kind="Record3D capture",
     needs=f"Record3D's {METADATA[0]} with {RGB[0]}",
     find=_find_record3d,
     takes=lambda path: path.name in METADATA,
-    read=format_with_unit(read_record3d, "m"),
+    read=make_metric_reader(read_record3d, "m"),
 )
 RECORD3D_ZIP = PoseReader(
     kind="Record3D export",

@@ -21,7 +21,7 @@ from facetlog.perception.reading.pose_files.file_values import (
     parse_finite,
 )
 from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, make_metric_reader
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
@@ -102,5 +102,5 @@ BUNDLER = PoseReader(
     needs=f"Bundler's {BUNDLE} with {LIST}",
     find=_find,
     takes=lambda path: path.suffix == ".out",
-    read=format_with_unit(read_bundler),
+    read=make_metric_reader(read_bundler),
 )

@@ -19,7 +19,7 @@ from facetlog.perception.reading.colmap_files import (
 )
 from facetlog.perception.reading.pose_files.file_values import convert_quaternion, make_pose
 from facetlog.perception.reading.pose_files.picture_places import may_be_below, resolve_picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, make_metric_reader
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
@@ -158,7 +158,7 @@ COLMAP = PoseReader(
     needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/)",
     find=find_colmap_poses,
     takes=lambda path: path.name in ("images.bin", "images.txt"),
-    read=format_with_unit(read_colmap_poses),
+    read=make_metric_reader(read_colmap_poses),
     choice=describe_model_choice,
     lacks=_lacks,
 )

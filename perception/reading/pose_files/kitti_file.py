@@ -22,8 +22,8 @@ from facetlog.perception.reading.pose_files.file_values import (
 )
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseReader,
-    format_with_unit,
     make_file_finder,
+    make_metric_reader,
     make_missing_check,
 )
 from facetlog.perception.reading.pose_files.poses_file import (
@@ -130,5 +130,5 @@ KITTI = PoseReader(
     find=_find,
     lacks=_lacks,
     takes=_is_kitti_poses,
-    read=format_with_unit(read_kitti, "m"),
+    read=make_metric_reader(read_kitti, "m"),
 )

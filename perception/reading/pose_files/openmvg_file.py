@@ -27,8 +27,8 @@ from facetlog.perception.reading.pose_files.file_values import (
 )
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseReader,
-    format_with_unit,
     make_file_finder,
+    make_metric_reader,
 )
 from facetlog.perception.reading.pose_files.poses_file import (
     PLAIN_NAMES,
@@ -176,5 +176,5 @@ OPENMVG = PoseReader(
     find=make_file_finder(SFM_DATA),
     lacks=_lacks,
     takes=lambda path: path.name == SFM_DATA,
-    read=format_with_unit(read_openmvg),
+    read=make_metric_reader(read_openmvg),
 )

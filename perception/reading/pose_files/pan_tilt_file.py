@@ -21,7 +21,7 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.reading.pose_files.file_values import get_metres_per, read_text
 from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, make_metric_reader
 from facetlog.perception.reading.pose_files.poses_file import (
     PLAIN_NAMES,
     Intrinsics,
@@ -137,5 +137,5 @@ PAN_TILT = PoseReader(
     needs=f"{POSES_FILE} ({','.join(COLUMNS)}) with {CAMERA_FILE}",
     find=_find,
     takes=lambda path: path.suffix.lower() == ".csv",
-    read=format_with_unit(read_pan_tilt),
+    read=make_metric_reader(read_pan_tilt),
 )

@@ -12,8 +12,8 @@ from facetlog.perception.reading.pose_files.poses_file import PosesFile
 __all__ = [
     "PoseOptions",
     "PoseReader",
-    "format_with_unit",
     "make_file_finder",
+    "make_metric_reader",
     "make_missing_check",
 ]
 
@@ -59,7 +59,7 @@ class PoseReader:
     lacks: Callable[[Path], str] = lambda _: ""
 
 
-def format_with_unit(
+def make_metric_reader(
     read: Callable[[Path], PosesFile], default: str | None = None
 ) -> Callable[[Path, PoseOptions], PosesFile]:
     """Return the `read` of a file that has poses: they become metres by its unit, if it is known.

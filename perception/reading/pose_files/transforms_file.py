@@ -32,8 +32,8 @@ from facetlog.perception.reading.pose_files.file_values import (
 from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseReader,
-    format_with_unit,
     make_file_finder,
+    make_metric_reader,
 )
 from facetlog.perception.reading.pose_files.poses_file import (
     COEFFICIENTS,
@@ -202,7 +202,7 @@ TRANSFORMS = PoseReader(
     needs=TRANSFORMS_FILE,
     find=make_file_finder(TRANSFORMS_FILE),
     takes=lambda path: path.suffix.lower() == ".json",
-    read=format_with_unit(read_transforms),
+    read=make_metric_reader(read_transforms),
     made_from=("COLMAP model",),  # by nerfstudio's tools; and `facetlog collect` writes both
 )
 BLENDER = PoseReader(
@@ -210,5 +210,5 @@ BLENDER = PoseReader(
     needs=TRAIN_FILE,
     find=make_file_finder(TRAIN_FILE),
     takes=lambda path: path.name == TRAIN_FILE,
-    read=format_with_unit(read_transforms),
+    read=make_metric_reader(read_transforms),
 )

@@ -27,8 +27,8 @@ from facetlog.perception.reading.pose_files.pan_tilt_file import CAMERA_FILE, re
 from facetlog.perception.reading.pose_files.picture_places import resolve_picture_path
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseReader,
-    format_with_unit,
     make_file_finder,
+    make_metric_reader,
     make_missing_check,
 )
 from facetlog.perception.reading.pose_files.poses_file import (
@@ -107,5 +107,5 @@ TUM = PoseReader(
     find=make_file_finder(TRAJECTORY, PICTURES),
     lacks=make_missing_check(TRAJECTORY, PICTURES),
     takes=lambda path: path.name == TRAJECTORY,
-    read=format_with_unit(read_tum, "m"),
+    read=make_metric_reader(read_tum, "m"),
 )

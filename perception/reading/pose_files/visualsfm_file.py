@@ -23,7 +23,7 @@ from facetlog.perception.reading.pose_files.file_values import (
     make_pose,
     parse_finite,
 )
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, format_with_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, make_metric_reader
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
@@ -127,5 +127,5 @@ VISUALSFM = PoseReader(
     find=_find,
     lacks=_lacks,
     takes=lambda path: path.suffix == SUFFIX,
-    read=format_with_unit(read_visualsfm),
+    read=make_metric_reader(read_visualsfm),
 )

@@ -178,8 +178,8 @@ def compute_relative_covariances(poses: Sequence[Pose], covariances: FloatArray)
 
 
 def _compute_place_from_twist(pose: Pose, about: FloatArray) -> FloatArray:
-    """From a twist's rotation vector and shift to a pose's place and rotation vector (6, 6): the
-    place moves by turn x (centre - about) + shift.
+    """Return the derivative (6, 6) of a pose's place and rotation vector by a twist's rotation
+    vector and shift: the place moves by turn x (centre - about) + shift.
     """
     x, y, z = pose.centre - about
     matrix = np.zeros((6, 6))
