@@ -1,6 +1,5 @@
 """Constraints of a model in a normal form that lint can compare."""
 
-import math
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -18,7 +17,6 @@ Atom: TypeAlias = tuple[Hashable, ...]
 Interval: TypeAlias = tuple[float, float]
 """Least and greatest value."""
 
-EVERYTHING: Interval = (-math.inf, math.inf)
 
 DIGITS = 12
 """Significant digits of a factor; what differs behind them differs by rounding."""

@@ -170,18 +170,6 @@ def fit_line_to_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
     return _fit_line(LINE_OF_POINTS, x - origin, noise, choose_best_chart(along), origin)
 
 
-def filter_line_of_points(points: ArrayLike, covs: ArrayLike) -> Iterator[SpaceLine]:
-    """Yield the line after each further point, from the first ones that make it sure."""
-    x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
-
-    def update(line: SpaceLine, k: int) -> SpaceLine:
-        measured = _in_order(x[k] - line.origin, noise[k], line.chart)
-        state, _ = update_one(LINE_OF_POINTS, line.state, *measured)
-        return replace(line, state=state).to_best_chart()
-
-    return run_from_fit(lambda n: fit_line_to_points(x[:n], noise[:n]), len(x), _is_sure, update)
-
-
 def fit_line_to_images(images: Sequence[ImageLine], projections: Sequence[FloatArray]) -> SpaceLine:
     """Return the most likely line that views with projections (3, 4) show as lines in their
     pictures.

@@ -78,22 +78,12 @@ LOOKED_AT = 1 << 10
 ZERO_SHARE = 0.7
 
 
-def decode_text(data: bytes) -> str:
-    r"""Return the text of a file, without a byte order mark and with "\n" at line ends.
-
-    The encoding is that of the mark, else UTF-16 where every other byte is zero, else UTF-8, else
-    Latin-1, in which every byte is a character.
-
-    >>> decode_text(codecs.BOM_UTF16_LE + "1,5\r2".encode("utf-16-le"))
-    '1,5\n2'
-    """
-    return to_plain_bytes(data).decode("utf-8")
-
-
 def to_plain_bytes(data: bytes) -> bytes:
     r"""Return a text file as UTF-8 without a mark and with b"\n" at line ends.
 
-    The same object where it has this form already: large files are not copied.
+    The encoding is that of the mark, else UTF-16 where every other byte is zero, else UTF-8, else
+    Latin-1, in which every byte is a character. The same object where it has this form already:
+    large files are not copied.
     """
     encoding = _find_encoding(data)
     plain = without_bom(data)

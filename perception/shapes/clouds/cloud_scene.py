@@ -311,7 +311,7 @@ def _choose_rows(rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], float]:
     return rows[np.sort(some)], float(np.sqrt(len(rows) / MOST_LOOKED_AT))
 
 
-# Lines of sight to a radian at least, as many as a picture has (surfaces/seeing/eyes.py).
+# Lines of sight to a radian at least, as many as a picture has (surfaces/seeing/seen_faces.py).
 PER_RADIAN = 40.0
 # Across what was seen from a place there are so many where points are dense: three for each cell of
 # the space of a thing that fills it. A direction has so many points then, or more.

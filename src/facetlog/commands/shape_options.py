@@ -45,8 +45,8 @@ class StatedOptions:
         typer.Option(
             "--up",
             metavar="AXIS",
-            help="Upward axis: x, y, z, -x, -y, -z, a vector x,y,z, auto or none.",
-            show_default=AUTO,
+            help="Upward axis: x, y, z, -x, -y, -z, a vector x,y,z, "
+            f"auto or none (default: {AUTO}).",
         ),
     ] = None
     unit: Annotated[
@@ -54,8 +54,7 @@ class StatedOptions:
         typer.Option(
             "--unit",
             metavar="U",
-            help="Unit of length of meshes and clouds: m, cm, mm, in, ft or none.",
-            show_default=NONE,
+            help=f"Unit of meshes and clouds: m, cm, mm, in, ft or none (default: {NONE}).",
         ),
     ] = None
     sensor: Annotated[
@@ -63,8 +62,7 @@ class StatedOptions:
         typer.Option(
             "--sensor",
             metavar="X,Y,Z",
-            help="Position of the sensor that recorded a cloud, or none.",
-            show_default=NONE,
+            help=f"Position of the sensor that recorded a cloud, or none (default: {NONE}).",
         ),
     ] = None
     override_file: Annotated[

@@ -125,7 +125,7 @@ def sample_command(
     count: Annotated[
         int, typer.Option("-n", "--count", metavar="N", min=1, help="Number of scenes.")
     ] = 20,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Random seed.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Random seed.")] = 0,
     effort: Effort = EFFORT,
     as_json: AsJson = False,
 ) -> int:

@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.reading.shape_files.file_text import (
-    decode_text,
     to_plain_bytes,
 )
 
@@ -27,7 +26,7 @@ ENCODINGS = {
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_encodings_and_line_ends_do_not_matter(encoding: str, end: str) -> None:
     data = ENCODINGS[encoding] + end.join(LINES).encode(encoding.split()[0])
-    assert decode_text(data).split("\n") == LINES
+    assert to_plain_bytes(data).decode().split("\n") == LINES
 
 
 def test_plain_text_is_not_copied() -> None:
@@ -37,4 +36,4 @@ def test_plain_text_is_not_copied() -> None:
 
 @given(st.binary(max_size=60))
 def test_any_bytes_have_a_text(data: bytes) -> None:
-    assert "\r" not in decode_text(data)
+    assert "\r" not in to_plain_bytes(data).decode()
