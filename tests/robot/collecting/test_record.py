@@ -182,3 +182,10 @@ def test_a_full_disk_is_reported_and_leaves_the_files_that_were_there(
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
     _, taken = read_record(tmp_path)
     assert len(taken) == 2
+
+
+def test_a_third_radial_coefficient_needs_colmaps_full_model(tmp_path: Path) -> None:
+    Record(tmp_path, Optics(tour_camera(), "OPENCV", (("k1", 0.1), ("k3", 0.02))), {})
+    camera = (tmp_path / "cameras.txt").read_text(encoding="utf-8").splitlines()[-1].split()
+    assert camera[1] == "FULL_OPENCV"
+    assert [float(v) for v in camera[8:]] == [0.1, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0]

@@ -38,3 +38,12 @@ def test_no_way_enters_a_circle_or_is_longer_than_round_it(
     line = LineString(way) if start != end else Point(start)
     assert line.distance(Point(0.2, -0.1)) >= kept * 0.9975 - 1e-6
     assert measure_route(way) <= math.dist(start, end) * (math.pi / 2 + 0.01) + 1e-6
+
+
+def test_of_two_circles_neither_is_entered() -> None:
+    circles = (Circle(0.0, 0.0, 0.5), Circle(1.5, 0.3, 0.6))
+    way = find_shortest_route((-1.0, 0.0), (3.0, 0.2), circles)
+    assert way is not None
+    for circle in circles:
+        middle = Point(circle.x, circle.y)
+        assert LineString(way).distance(middle) >= circle.radius * 0.997

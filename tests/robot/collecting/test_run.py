@@ -203,3 +203,24 @@ def test_the_papers_block_is_recognised_from_the_views_that_were_collected(
     assert found.recognition.models == {"box"}
     sizes = sorted(size.value for size in found.recognition.best[0].sizes)
     assert sizes == pytest.approx([0.1524, 0.2032, 0.2540], rel=0.04)
+
+
+def test_a_camera_of_another_size_is_noticed_before_the_robot_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "views"
+    calibration = tmp_path / "other.toml"
+    calibration.write_text(
+        "width = 320\nheight = 240\nfx = 250\nfy = 250\ncx = 159.5\ncy = 119.5\n", encoding="utf-8"
+    )
+    with simulated() as station:
+        addresses = station.addresses
+        argv = [
+            *("collect", addresses.robot, "--tour", _tour(tmp_path), "-o", str(out)),
+            *("--unit", "m", "--camera", addresses.camera, "--camera-file", str(calibration)),
+        ]
+        assert main(argv) == 3
+        assert _true(station) == Pose2()
+    assert "pictures are 640 x 480, its calibration is for 320 x 240" in capsys.readouterr().err
+    # Nothing was begun: the same command can be given again.
+    assert [path.name for path in out.iterdir()] == ["traffic.jsonl"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from facetlog.commands.robot_words import format_early_end
-from facetlog.errors import DeviceError, InputError
+from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import Frame
@@ -277,3 +277,41 @@ def test_the_map_shows_every_pose_and_the_circle(tmp_path: Path) -> None:
     circle = (image == (150, 150, 240)).all(axis=2).sum()
     assert circle > 0.5 * 2 * math.pi * 0.4 * 300 * 2
     assert (image == (190, 120, 20)).all(axis=2).sum() > 500
+
+
+def test_a_frozen_camera_ends_the_collection(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    shot = scene.camera.shot
+
+    def frozen(after: float, timeout: float) -> Frame:
+        if len(scene.camera.shots) >= 2:
+            raise DeviceTimeout("camera is frozen")
+        return shot(after, timeout)
+
+    scene.camera.shot = frozen  # type: ignore[method-assign]
+    ended = collect(scene.rig, scene.plan(1, 2, 3, 4).stops, scene.record, scene.heard)
+    assert (ended.taken, str(ended.fault)) == (2, "camera is frozen")
+
+
+def test_pictures_of_another_size_than_the_calibration_are_refused(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    scene.camera.picture = lambda *_: np.zeros((240, 320), np.uint8)
+    ended = collect(scene.rig, scene.plan(1).stops, scene.record, scene.heard)
+    assert "pictures are 320 x 240, its calibration is for 640 x 480" in str(ended.fault)
+
+
+def test_a_full_disk_stops_the_collection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = Scene(tmp_path)
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    stops = scene.plan(1, 2).stops
+    collect(scene.rig, stops[:1], scene.record, scene.heard)
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(InputError, match="No space left on device: make room"):
+        collect(scene.rig, stops[1:], scene.record, scene.heard)
+    scene.robot.advance(1.0)
+    assert scene.robot.state.speed == 0
+    _, taken = read_record(tmp_path)
+    assert len(taken) == 1

@@ -67,3 +67,8 @@ def test_the_target_is_where_lines_of_sight_cross() -> None:
     )
     assert tour.target is not None
     np.testing.assert_allclose(tour.target, point, atol=1e-9)
+
+
+def test_a_missing_unit_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="give --unit"):
+        read_tour(_written(tmp_path, HEADER + "a,1,2,3,0,-90,0\n"))

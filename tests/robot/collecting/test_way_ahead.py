@@ -80,3 +80,8 @@ def test_a_robot_whose_way_is_not_free_stands_before_it_and_says_so(speed: float
     assert 0.0 < 1.5 - BODY.radius - robot.true.x < 0.1
     assert max(abs(p.x) for p in robot.true_path) < 1.5 - BODY.radius
     assert robot.stops
+
+
+def test_what_is_nearer_than_a_sonar_measures_leaves_no_room() -> None:
+    """It reports its least range then, however near it is."""
+    assert measure_free_way([echo(3, 0.1)], BODY, 0.0, 0.2) == 0.0

@@ -5,6 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
+from facetlog.robot.head.canon import (
+    COUNTS_PER_DEGREE,
+    REACH,
+    angles_to_counts,
+    counts_to_angles,
+)
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.open_head import HEAD_KINDS, open_head
 from facetlog.robot.head.sony_evi_d30 import SonyEviD30
@@ -71,3 +77,16 @@ def test_heads_are_known_by_name() -> None:
     assert HEAD_KINDS == ("sony-evi-d30", "canon-vc-c4")
     with pytest.raises(InputError, match=r"sony-evi-d30, canon-vc-c4"):
         open_head("sony", line)
+
+
+def test_canon_counts_are_degrees_as_the_maker_says() -> None:
+    assert angles_to_counts(math.radians(-90), math.radians(-30)) == (800, -267)
+    assert counts_to_angles(800, 0)[0] == pytest.approx(math.radians(-90))
+
+
+def test_limits_are_in_our_signs() -> None:
+    limits = EVI_D70.limits
+    assert math.degrees(limits.tilt_min) == pytest.approx(-30)
+    assert math.degrees(limits.tilt_max) == pytest.approx(90)
+    assert math.degrees(limits.pan_max) == pytest.approx(170, abs=0.1)
+    assert math.degrees(REACH.limits.pan_step) == pytest.approx(1 / COUNTS_PER_DEGREE)

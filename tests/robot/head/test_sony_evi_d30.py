@@ -228,3 +228,10 @@ class WholeAnswers:
         end = self.begun.rfind(b"\xff") + 1
         whole, self.begun = self.begun[:end], self.begun[end:]
         return b"".join(self.change(part + b"\xff") for part in whole.split(b"\xff")[:-1])
+
+
+def test_a_completion_that_comes_late_is_not_taken_for_a_place() -> None:
+    head, line = started(slow())
+    state = head.look(rad(-10), 0.0, timeout=20)
+    assert state.pan == pytest.approx(rad(-10))
+    assert line.device.angles(line.now)[0] == pytest.approx(rad(-10))

@@ -96,3 +96,18 @@ def test_the_covariance_is_that_of_many_drawn_poses() -> None:
     scale = np.sqrt(np.outer(np.diag(found), np.diag(found)))
     assert np.abs((sample - found) / scale).max() < 0.1
     assert np.linalg.eigvalsh(found).min() > 0
+
+
+def test_the_pinhole_turns_with_pan_and_tilt() -> None:
+    mount = Mount(x=0.1, z=0.5, pinhole_ahead=0.04, pinhole_up=0.02)
+    left = camera_pose(Pose2(), mount, Gaze(math.pi / 2, 0.0))
+    np.testing.assert_allclose(left.centre, [0.1, 0.04, 0.52], atol=1e-12)
+    up = camera_pose(Pose2(), mount, Gaze(0.0, math.pi / 2))
+    np.testing.assert_allclose(up.centre, [0.08, 0.0, 0.54], atol=1e-12)
+
+
+def test_a_positive_pitch_of_the_mount_looks_down_and_a_positive_tilt_up() -> None:
+    down = camera_pose(Pose2(), Mount(pitch=0.1), Gaze(0.0, 0.0)).rotation[:, 2]
+    up = camera_pose(Pose2(), Mount(), Gaze(0.0, 0.1)).rotation[:, 2]
+    assert down[2] == pytest.approx(-math.sin(0.1))
+    assert up[2] == pytest.approx(math.sin(0.1))

@@ -112,3 +112,13 @@ def test_a_robot_that_never_moves_determines_no_place_of_the_axes() -> None:
 def test_too_few_sightings_are_refused() -> None:
     with pytest.raises(InputError, match="seen in 5 pictures, 6 are needed"):
         fit_mount(_sightings(0)[:5], CAMERA, BELIEVED)
+
+
+def test_a_corner_taken_for_another_does_not_spoil_the_fit() -> None:
+    sightings = _sightings(4)
+    bad = sightings[7]
+    pixels = bad.corners.pixels.copy()
+    pixels[[3, 9]] = pixels[[9, 3]]
+    sightings[7] = replace(bad, corners=Corners(bad.corners.points, pixels))
+    fit = fit_mount(sightings, CAMERA, BELIEVED, board_height=float(BOARD.centre[2]))
+    assert np.abs(_off(fit.mount)).max() < 5

@@ -32,3 +32,9 @@ def test_between_two_headings_it_turns_the_shorter_way() -> None:
     middle = start.towards(end, 0.5)
     assert (middle.x, middle.pan) == (0.5, 0.1)
     assert middle.heading == pytest.approx(math.pi)
+
+
+def test_positive_roll_and_skew_turn_the_picture_clockwise_about_the_view() -> None:
+    for setup in (MountSetup(roll_deg=10), MountSetup(skew_deg=10)):
+        right = Viewpoint(0, 0, 0, 0, 0).camera_pose(setup.mount).rotation[:, 0]
+        assert right == pytest.approx([0, -math.cos(math.radians(10)), -math.sin(math.radians(10))])
