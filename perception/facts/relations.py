@@ -67,7 +67,7 @@ def _angles(
 def compute_angle_between(p: Plane, q: Plane) -> tuple[float, float]:
     """Return the angle between the normals, in [0, π] rad, and its standard deviation (rad).
 
-    Takes the errors of the two planes to be independent; planes that share vertices are not quite.
+    Take the errors of the two planes to be independent; planes that share vertices are not quite.
     """
     normals, covs = np.array([p.normal, q.normal]), np.array([p.cov[:3, :3], q.cov[:3, :3]])
     angle, sd = _angles(normals, covs, np.array([0]), np.array([1]))

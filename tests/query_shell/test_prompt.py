@@ -99,7 +99,7 @@ class Terminal:
 
 
 def _own_terminal() -> None:
-    """Makes the terminal the process's own, so that its Ctrl-C arrives."""
+    """Make the terminal the process's own, so that its Ctrl-C arrives."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 

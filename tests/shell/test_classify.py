@@ -213,7 +213,7 @@ def _started(folder: Path, *argv: str, pause: float) -> "subprocess.Popen[str]":
 
 
 def _rows_in(journal: Path, least: int) -> None:
-    """Returns when the journal has so many rows."""
+    """Wait until the journal has so many rows."""
     end = time.monotonic() + 60
     while time.monotonic() < end:
         if journal.exists() and journal.read_bytes().count(b"\n") > least:

@@ -13,7 +13,7 @@ from facetlog.perception.surfaces.scene_file import write_scene
 
 @pytest.fixture
 def without(monkeypatch):
-    """Makes a package one that is not installed, and modules ones that were not imported yet."""
+    """Make a package one that is not installed, and modules ones that were not imported yet."""
 
     def missing(package: str, *modules: str) -> None:
         for name in [*sys.modules]:

@@ -58,7 +58,7 @@ def draw_command(
 ) -> int:
     """Draw a solid that a model describes, with its measures in the middle of their limits.
 
-    Writes NAME.png, NAME.glb and NAME.json. Exit code 0: the model holds for it, 1: no such solid
+    Write NAME.png, NAME.glb and NAME.json. Exit code 0: the model holds for it, 1: no such solid
     was found (the conditions that were never met together are listed), or the model has errors.
     """
     from facetlog.output_folder import check_replaceable, output_folder
@@ -131,7 +131,7 @@ def sample_command(
 ) -> int:
     """Make scenes: half match a model, half are near misses that fail one condition.
 
-    Writes the scenes, labels.csv for `classify --labels`, expected.csv for `model test --scenes`,
+    Write the scenes, labels.csv for `classify --labels`, expected.csv for `model test --scenes`,
     and samples.png. Exit codes as of `model draw`.
     """
     from facetlog.output_folder import check_replaceable, output_folder

@@ -53,7 +53,7 @@ def newspaper(seed: int) -> NDArray[np.float32]:
 
 
 def taken(folder: Path, poses: tuple[Pose, ...], *, first: int = 0, paper: int = 0) -> None:
-    """Writes pictures of a box on a newspaper, from these poses, as 00.jpg and so on."""
+    """Write pictures of a box on a newspaper, from these poses, as 00.jpg and so on."""
     folder.mkdir(exist_ok=True)
     box = placed(cuboid(*BOX, albedo=0.8), 0, 0, yaw=0.4)
     wood = Texture(Pattern.WOOD, 3, 1.2, 0.35)
