@@ -13,7 +13,7 @@ from facetlog.errors import EngineError, QueryError
 from facetlog.kb.engine.terms import Atom, Term, Var
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.loading.encode import iter_program_lines
+from facetlog.kb.loading.encode import format_fact_clause, iter_program_lines
 
 from .fresh import python
 
@@ -225,3 +225,15 @@ def test_an_endless_python_function_is_stopped(base: KnowledgeBase) -> None:
     base.define("natural", 1, lambda _: ((i,) for i in itertools.count()))
     with pytest.raises(ValueError, match="100,000 solutions"):
         base.query("natural(X)")
+
+
+def test_a_fact_outside_the_contract_is_refused(base: KnowledgeBase) -> None:
+    with pytest.raises(EngineError, match="wobbly"):
+        base.load_scene("s", [("wobbly", "f1")])
+    assert not base.scenes
+    with pytest.raises(ValueError, match="nan"):
+        format_fact_clause(("area", "f1", float("nan"), 0.0))
+
+
+def test_at_most_so_many_answers_come(base: KnowledgeBase) -> None:
+    assert list(base.query("between(1, inf, X)", most=3)) == [(1,), (2,), (3,)]

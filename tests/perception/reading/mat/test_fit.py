@@ -155,3 +155,9 @@ def squared_lengths(seed: int, count: int, heights: tuple[float, ...]) -> FloatA
     variance = np.einsum("ni,nij,nj->n", along, found.covs[one] + found.covs[two], along)
     true_length = np.linalg.norm(BLOCK[one] - BLOCK[two], axis=1)
     return np.asarray((length - true_length) ** 2 / variance)
+
+
+def test_a_single_picture_has_a_pose_within_its_covariance() -> None:
+    poses = ring(5, 1)
+    fit, _ = fit_of(5, poses)
+    assert squared(fit.poses[0], poses[0]) < chi2.ppf(1 - 1e-4, 6)

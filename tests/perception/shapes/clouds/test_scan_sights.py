@@ -3,7 +3,8 @@
 import numpy as np
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
-from facetlog.perception.shapes.clouds.cloud_scene import make_scan_sights
+from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene, make_scan_sights
+from facetlog.perception.surfaces.scene_file import decode_scene, encode_scene
 from facetlog.perception.types import FloatArray
 
 EYE = np.array([0.0, 0.0, 5.0])
@@ -38,3 +39,16 @@ def test_what_lies_behind_other_points_is_left_out() -> None:
     both = np.concatenate([wall(0.0), wall(-1.0) * [1.2, 1.2, 1.0]])
     (lines,) = make_scan_sights(scan(both, EYE))
     assert (lines.ends[:, 2] > -0.5).mean() > 0.95
+
+
+def test_each_place_has_its_own() -> None:
+    both = np.concatenate([wall(0.0), wall(0.1)])
+    one, other = make_scan_sights(scan(both, EYE, -EYE))
+    assert {tuple(one.origin), tuple(other.origin)} == {tuple(EYE), tuple(-EYE)}
+
+
+def test_the_scenes_file_keeps_them() -> None:
+    scene = make_cloud_scene(scan(wall(0.0), EYE))
+    assert len(scene.sights) == 1
+    (kept,) = decode_scene(encode_scene(scene)).sights
+    np.testing.assert_allclose(kept.ends, scene.sights[0].ends, atol=1e-3)
