@@ -38,7 +38,6 @@ REACH = Reach(DEFAULT_MOUNT, SONY, OPTICS.camera, (FORBIDDEN[0].grown(0.03),))
 START = Pose2(0.1, 0.2, 0.3)
 CHEQUER = np.kron(np.indices((12, 16)).sum(axis=0) % 2, np.ones((40, 40))) * 160 + 40
 OPEN = Needs.of_nothing(TARGET)
-DECIDED = Needs((), OPEN.things)
 ROBOT = find_parameters("p3dx")
 
 

@@ -16,7 +16,6 @@ _UNITS = st.sampled_from(["%", "°", "cm", "deg", "inch"])
 _STRINGS = st.sampled_from(
     ['"x"', '"it lies level"', '"# no comment, (really)"', '""', '"' + "w " * 30 + '"']
 )
-_COMMENTS = st.sampled_from(["# why", "#", '#  "a" and (b', "# ±\t"])
 
 
 def _joined(*parts: "str | st.SearchStrategy[Tokens]") -> st.SearchStrategy[Tokens]:

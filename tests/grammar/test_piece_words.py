@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import pytest
-from lark import Lark
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis, analyse
@@ -14,12 +13,10 @@ from facetlog.grammar.language_server.completion import completions
 from facetlog.grammar.language_server.hover import find_hover_text
 from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
 from facetlog.grammar.reading.layout import PIECE_WORDS
-from facetlog.grammar.reading.parse import GRAMMAR, parse
+from facetlog.grammar.reading.parse import parse
 from facetlog.grammar.source import Source
 from facetlog.grammar.traversal import walk
 from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, VOCABULARY, Gives
-
-LARK = Lark(GRAMMAR.read_text(encoding="utf-8"), parser="lalr", maybe_placeholders=True)
 
 OF_PIECES = (
     "board top",

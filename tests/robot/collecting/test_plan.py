@@ -2,17 +2,16 @@
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from facetlog.robot.collecting.plan import Plan, Reach, plan_stops, shows
+from facetlog.robot.collecting.plan import Reach, plan_stops, shows
 from facetlog.robot.collecting.route import Circle, measure_distance_to
 from facetlog.robot.collecting.tour_file import Tour, TourView, make_paper_tour
 from facetlog.robot.mount.kinematics import camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT, Mount
-from facetlog.robot.pose2 import Pose2, wrapped
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import make_pose_looking_at, tour_camera
 from tests.robot.collecting.fakes import SONY
 
@@ -21,11 +20,6 @@ TARGET = TOUR.target
 assert TARGET is not None
 CLOSED = (Circle(float(TARGET[0]), float(TARGET[1]), 0.8),)
 REACH = Reach(DEFAULT_MOUNT, SONY, CAMERA, CLOSED)
-
-
-def _turned(plan: Plan, start: Pose2) -> float:
-    headings = [start.heading, *(stop.robot.heading for stop in plan.stops)]
-    return sum(abs(wrapped(b - a)) for a, b in pairwise(headings))
 
 
 def test_the_papers_views_are_taken_from_their_places() -> None:
