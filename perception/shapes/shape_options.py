@@ -24,9 +24,6 @@ SCENE_SUFFIX = ".json"
 SUFFIXES = tuple(dict.fromkeys((SCENE_SUFFIX, *CLOUD_SUFFIXES, *MESH_SUFFIXES)))
 """Suffixes of the files that can be read, lower case."""
 
-FORMATS_WITH_UP = (".dae", ".glb", ".gltf")
-"""Suffixes of files that state which axis is up, and their unit."""
-
 # Tables and notes have these suffixes as well: read where they are named, but not searched for.
 AMBIGUOUS = (".csv", ".txt")
 COLMAP_POINTS = ("points3D.bin", "points3D.txt")

@@ -1,6 +1,6 @@
 """The kinds of poses files, which of them a folder holds, and pictures without any poses.
 
-A new kind is a module here with a PoseReader, and a name in READERS.
+A new kind is a module here with a PoseReader, and a name in the first row of READERS.
 """
 
 import logging
@@ -91,10 +91,10 @@ PICTURES = PoseReader(
     read=read_pictures,
     alone=True,
 )
-# A file is read by the first that takes it.
+# A file is read by the first that takes it: the last three take any .json, .csv and folder.
 READERS: tuple[PoseReader, ...] = (
-    *(BLENDER, OPENMVG, POLYCAM, RECORD3D, RECORD3D_ZIP, TRANSFORMS, COLMAP),
-    *(BUNDLER, VISUALSFM, TUM, KITTI, PAN_TILT, PICTURES),
+    *(BLENDER, OPENMVG, POLYCAM, RECORD3D, RECORD3D_ZIP, COLMAP, BUNDLER, VISUALSFM, TUM, KITTI),
+    *(TRANSFORMS, PAN_TILT, PICTURES),
 )
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 # Names that a message lists of what a folder holds.

@@ -1,9 +1,43 @@
-"""Which files hold meshes and clouds, by their suffix, in lower case."""
+"""Which files hold meshes and clouds, by their suffix in lower case.
 
-__all__ = ["CLOUD_SUFFIXES", "MESH_SUFFIXES"]
+A new format is a module in meshes/ or clouds/, and its row here. Readers are named and not
+imported: the command line asks for suffixes, and a mesh loads its own reader alone.
+"""
 
-CLOUD_SUFFIXES = (".csv", ".las", ".laz", ".pcd", ".ply", ".pts", ".txt", ".xyz")
-"""The files that `read_cloud` reads; a COLMAP model is a folder."""
+from collections.abc import Mapping
+from types import MappingProxyType
 
-MESH_SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
-"""The files that `read_mesh` reads."""
+__all__ = ["CLOUD_READERS", "CLOUD_SUFFIXES", "FORMATS_WITH_UP", "MESH_READERS", "MESH_SUFFIXES"]
+
+CLOUD_READERS: Mapping[str, str] = MappingProxyType(
+    {
+        ".csv": "cloud_files:read_text",
+        ".las": "cloud_files:read_las",
+        ".laz": "cloud_files:read_las",
+        ".pcd": "cloud_files:read_pcd",
+        ".ply": "cloud_files:read_ply",
+        ".pts": "cloud_files:read_text",
+        ".txt": "cloud_files:read_text",
+        ".xyz": "cloud_files:read_text",
+    }
+)
+"""Module in clouds/ and function: it takes a `ShapeFile` and gives a `Cloud`."""
+
+MESH_READERS: Mapping[str, str] = MappingProxyType(
+    {
+        ".dae": "dae_mesh:read_dae",
+        ".glb": "gltf_mesh:read_gltf",
+        ".gltf": "gltf_mesh:read_gltf",
+        ".obj": "obj_mesh:read_obj",
+        ".off": "off_mesh:read_off",
+        ".ply": "ply_mesh:read_ply",
+        ".stl": "stl_mesh:read_stl",
+    }
+)
+"""Module in meshes/ and function: it takes bytes and a `ShapeFile`, and gives a `TriangleList`."""
+
+CLOUD_SUFFIXES, MESH_SUFFIXES = tuple(CLOUD_READERS), tuple(MESH_READERS)
+"""The files that `read_cloud` and `read_mesh` read; a COLMAP model is a folder."""
+
+FORMATS_WITH_UP = (".dae", ".glb", ".gltf")
+"""Suffixes of files that state which axis is up, and their unit."""

@@ -6,8 +6,8 @@ from typing import Any, Self
 
 from facetlog.batch.memory import LEAST_MB
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.suffixes import FORMATS_WITH_UP
 from facetlog.perception.shapes.shape_options import (
-    FORMATS_WITH_UP,
     FROM_THE_FLOOR,
     NOT_GIVEN,
     ShapeOptions,

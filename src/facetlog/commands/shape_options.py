@@ -133,8 +133,9 @@ class Shape:
 def read(path: Path, stated: StatedOptions, scale: str | None) -> Shape:
     """Read the scene of a file or folder; raise InputError for what cannot be read."""
     from facetlog.perception.facts.known_length import KnownLength, scale_by_known_length
+    from facetlog.perception.reading.shape_files.suffixes import FORMATS_WITH_UP
     from facetlog.perception.shapes.read_shape import read_stated
-    from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP, is_scene_file
+    from facetlog.perception.shapes.shape_options import is_scene_file
 
     known = None if scale is None else KnownLength.parse(scale)
     options = stated.to_shape_options()
@@ -159,8 +160,8 @@ def read(path: Path, stated: StatedOptions, scale: str | None) -> Shape:
 
 
 def _explain_up(path: Path, scene: "Scene", *, is_scene: bool, given: bool) -> str:
+    from facetlog.perception.reading.shape_files.suffixes import FORMATS_WITH_UP
     from facetlog.perception.shapes.regions.floor_and_walls import FROM_CAMERAS
-    from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP
 
     if given:
         return "given"

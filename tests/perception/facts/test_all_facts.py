@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.facts import measures, plan_view
-from facetlog.perception.facts.all_facts import fact_rows, scene_facts
+from facetlog.perception.facts.all_facts import _MAKERS, fact_rows, scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Fact, Solutions, check_fact
 from facetlog.perception.facts.gaps import nearest_points, thing_gaps
 from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, Vertex
@@ -38,6 +38,11 @@ def rows(scene: Scene, functor: str) -> dict[tuple[str, ...], tuple[float, ...]]
         for fact in scene_facts(scene)
         if fact.functor == functor
     }
+
+
+def test_what_is_made_is_what_the_schema_has() -> None:
+    made = {functor for _, functors in _MAKERS for functor in functors}
+    assert made == {kind.functor for kind in FACT_SCHEMA}
 
 
 @pytest.mark.parametrize("build", SOLIDS)

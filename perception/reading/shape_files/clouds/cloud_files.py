@@ -3,9 +3,10 @@
 Headers are not trusted: their counts are compared with the file's size before allocating anything.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 
@@ -25,9 +26,11 @@ from facetlog.perception.reading.shape_files.coordinate_resolution import (
 )
 from facetlog.perception.reading.shape_files.ply_rows import parse_ply_header, read_ply_rows
 from facetlog.perception.reading.shape_files.shape_file import DEFAULT_LIMITS, Limits, ShapeFile
-from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES
+from facetlog.perception.reading.shape_files.suffixes import CLOUD_READERS
 
-__all__ = ["read_cloud"]
+__all__ = ["read_cloud", "read_las", "read_pcd", "read_ply", "read_text"]
+
+_Reader = Callable[[ShapeFile], Cloud]
 
 
 def read_cloud(path: Path, limits: Limits = DEFAULT_LIMITS) -> Cloud:
@@ -48,19 +51,21 @@ def read_cloud(path: Path, limits: Limits = DEFAULT_LIMITS) -> Cloud:
             return read_colmap(model, limits.points)
         if path.name in ("points3D.bin", "points3D.txt"):
             return read_colmap(path.parent, limits.points)
-        if suffix not in _READERS:
+        if suffix not in CLOUD_READERS:
             raise shape.error(
-                f"is no point cloud; give one of {', '.join(CLOUD_SUFFIXES)}, "
+                f"is no point cloud; give one of {', '.join(CLOUD_READERS)}, "
                 "or the folder of a COLMAP model"
             )
         shape.check_size()
-        cloud = _READERS[suffix](shape)
+        reader: _Reader = resolve_name(f"{__package__}.{CLOUD_READERS[suffix]}")
+        cloud = reader(shape)
     check_resolution(cloud.points, path.name)
     check_degrees(cloud.points, path.name)
     return cloud
 
 
-def _read_ply(shape: ShapeFile) -> Cloud:
+def read_ply(shape: ShapeFile) -> Cloud:
+    """Return the cloud of a PLY file."""
     header = parse_ply_header(shape.path.read_bytes(), shape)
     shape.check_points(header.count("vertex"))
     rows, said = read_ply_rows(header, shape)
@@ -75,7 +80,8 @@ def _read_ply(shape: ShapeFile) -> Cloud:
     return replace(cloud, warnings=(*said, *cloud.warnings))
 
 
-def _read_pcd(shape: ShapeFile) -> Cloud:
+def read_pcd(shape: ShapeFile) -> Cloud:
+    """Return the cloud of a PCD file."""
     table, viewpoint = read_pcd_points(shape)
     count = len(table.points)
     return Cloud.of(
@@ -88,21 +94,15 @@ def _read_pcd(shape: ShapeFile) -> Cloud:
     )
 
 
-def _read_las(shape: ShapeFile) -> Cloud:
+def read_las(shape: ShapeFile) -> Cloud:
+    """Return the cloud of a LAS or LAZ file."""
     points, said = las_points(shape)
     cloud = Cloud.of(points, name=shape.name)
     return replace(cloud, warnings=(*said, *cloud.warnings))
 
 
-def _read_text(shape: ShapeFile) -> Cloud:
+def read_text(shape: ShapeFile) -> Cloud:
+    """Return the cloud of a text file."""
     table = read_text_points(shape, shape.path.read_bytes())
     cloud = Cloud.of(table.points, normals=table.normals, name=shape.name)
     return replace(cloud, warnings=(*table.warnings, *cloud.warnings))
-
-
-_READERS: Mapping[str, Callable[[ShapeFile], Cloud]] = {
-    **dict.fromkeys((".csv", ".pts", ".txt", ".xyz"), _read_text),
-    **dict.fromkeys((".las", ".laz"), _read_las),
-    ".pcd": _read_pcd,
-    ".ply": _read_ply,
-}

@@ -3,9 +3,10 @@
 Headers are not trusted, nothing is fetched, and no file outside the mesh's own folder is opened.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,22 +14,18 @@ from numpy.typing import ArrayLike
 from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
-from facetlog.perception.reading.shape_files.meshes.dae_mesh import read_dae
-from facetlog.perception.reading.shape_files.meshes.gltf_mesh import read_gltf
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     NoTrianglesError,
     TriangleList,
 )
-from facetlog.perception.reading.shape_files.meshes.obj_mesh import read_obj
-from facetlog.perception.reading.shape_files.meshes.off_mesh import read_off
-from facetlog.perception.reading.shape_files.meshes.ply_mesh import read_ply
 from facetlog.perception.reading.shape_files.meshes.polygons import is_sound
-from facetlog.perception.reading.shape_files.meshes.stl_mesh import read_stl
 from facetlog.perception.reading.shape_files.shape_file import DEFAULT_LIMITS, Limits, ShapeFile
-from facetlog.perception.reading.shape_files.suffixes import MESH_SUFFIXES
+from facetlog.perception.reading.shape_files.suffixes import MESH_READERS
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Limits", "Mesh", "NoTrianglesError", "read_mesh"]
+
+_Reader = Callable[[bytes, ShapeFile], TriangleList]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,17 +90,6 @@ class Mesh:
         )
 
 
-_READERS: Mapping[str, Callable[[bytes, ShapeFile], TriangleList]] = {
-    ".dae": read_dae,
-    ".glb": read_gltf,
-    ".gltf": read_gltf,
-    ".obj": read_obj,
-    ".off": read_off,
-    ".ply": read_ply,
-    ".stl": read_stl,
-}
-
-
 def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
     """Return the mesh of a file, its kind by the suffix; scenes of several parts become one mesh.
 
@@ -111,13 +97,14 @@ def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
     missing, empty, damaged, beyond the limits, or of another kind.
     """
     shape, suffix = ShapeFile(path, "mesh", limits), path.suffix.lower()
-    if suffix not in _READERS:
-        raise shape.error(f"is no mesh file; give one of {', '.join(MESH_SUFFIXES)}")
+    if suffix not in MESH_READERS:
+        raise shape.error(f"is no mesh file; give one of {', '.join(MESH_READERS)}")
+    reader: _Reader = resolve_name(f"{__package__}.{MESH_READERS[suffix]}")
     try:
         # what is not finite is left out below
         with shape.translate_errors(), np.errstate(all="ignore"):
             shape.check_size()
-            found = _READERS[suffix](path.read_bytes(), shape)
+            found = reader(path.read_bytes(), shape)
             mesh = Mesh.of(
                 found.vertices,
                 found.triangles,
