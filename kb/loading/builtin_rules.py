@@ -3,8 +3,10 @@
 import atexit
 import hashlib
 import logging
+import os
 import shutil
 import tempfile
+import time
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +22,8 @@ MADE_FROM = ("rules/*.model", "rules/*.pl", "grammar/**/*.py")
 
 MOST_KEPT = 8
 """Folders of other versions of these files that stay in the cache."""
+KEPT_S = 24 * 3600.0
+"""Seconds that a folder stays after its last use: another process may still load from it."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -54,10 +58,13 @@ def _folder() -> Path:
     try:
         rules = cache_folder("rules")
         if rules is not None:
-            for old in sorted(rules.iterdir(), key=lambda made: made.stat().st_mtime)[:-MOST_KEPT]:
-                shutil.rmtree(old, ignore_errors=True)
             folder = rules / total.hexdigest()
             folder.mkdir(mode=0o700, exist_ok=True)
+            os.utime(folder)
+            used = sorted((made.stat().st_mtime, made) for made in rules.iterdir())
+            for last, old in used[:-MOST_KEPT]:
+                if time.time() - last > KEPT_S:
+                    shutil.rmtree(old, ignore_errors=True)
             with tempfile.TemporaryFile(dir=folder):  # whether it can be written to
                 return folder
     except (OSError, RuntimeError) as exc:

@@ -12,14 +12,12 @@ Hartley and Zisserman, Multiple View Geometry (2nd ed.): fundamental matrix from
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 from scipy.stats import chi2
 
 from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
-from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.types import FloatArray, Observation, PositionLabel, Track, View
 
 # Effect of a pose's error in the picture, px. Odometry is worse, a calibrated rig better.
@@ -47,6 +45,7 @@ MOST_PARTNERS = 16
 BEST_PARALLAX = np.deg2rad(60.0)
 # Rounds in which a point gathers its sightings anew.
 MOST_ROUNDS = 5
+GAUSS_NEWTON_STEPS = 6
 
 IndexArray = NDArray[np.intp]
 
@@ -82,7 +81,7 @@ def track_vertices(
         top = int(np.argmax(np.where(best > 0, 1.0 + best, 0.0).sum(axis=0)))
         alive = np.ones(len(points), dtype=np.bool_)
         if not used[pairs[top]].any():
-            members = seen.grow(sorted(pairs[top].tolist()), used)
+            members = seen.grow(points[top], sorted(pairs[top].tolist()), used)
             if len(members) >= 2 and seen.is_no_chance(members, len(points)):
                 tracks.append(seen.track(members))
                 used[members] = np.inf
@@ -198,23 +197,20 @@ class _Sightings:
         off = np.einsum("mni,nij,mnj->mn", residual, weights, residual)
         return np.where(ahead, off, np.inf)
 
-    def grow(self, members: list[int], used: FloatArray) -> list[int]:
+    def grow(self, start: FloatArray, members: list[int], used: FloatArray) -> list[int]:
         """Return the members that a point settles on when it gathers its sightings in turn.
 
         At most one of each view, that of least chi-square within the gate; `used` (n,) is infinite
         for those of other tracks. None where the members determine no point.
         """
         for _ in range(MOST_ROUNDS):
-            point, _, _, ok = estimate_points(
-                self.uv[None, members],
-                self.cov[None, members],
-                np.ones((1, len(members)), np.bool_),
-                self.projections[self.view[members]],
-            )
-            if not ok[0]:
+            projections = self.projections[self.view[members]]
+            point = fit_point(projections, self.uv[members], self.cov[members], start)
+            if point is None:
                 return []
+            start = point
             off = (
-                self.compute_chi_squares(point)[0]
+                self.compute_chi_squares(point[None])[0]
                 + self.label_costs(self._find_common_label(members))
                 + used
             )
@@ -318,6 +314,43 @@ def triangulate_pairs(
 
     Not finite where the rays are parallel.
     """
-    h = np.asarray(cv2.triangulatePoints(first, second, uv1.T, uv2.T)).T
+    rows = np.stack(
+        [
+            uv1[:, :1] * first[2] - first[0],
+            uv1[:, 1:] * first[2] - first[1],
+            uv2[:, :1] * second[2] - second[0],
+            uv2[:, 1:] * second[2] - second[1],
+        ],
+        axis=1,
+    )
+    rows /= np.linalg.norm(rows, axis=2, keepdims=True)
+    h = np.linalg.svd(rows)[2][:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(h[:, :3] / h[:, 3:])
+
+
+def fit_point(
+    projections: FloatArray, uv: FloatArray, cov: FloatArray, start: FloatArray
+) -> FloatArray | None:
+    """Fit a point (3,) to pixels (k, 2) with covariances (k, 2, 2), by Gauss-Newton from `start`.
+
+    `projections` (k, 3, 4) are those of the pixels' views. None if the rays do not fix a point, or
+    it falls behind a camera. All pixels count: which of them belong together is for the caller.
+    """
+    weights = np.linalg.inv(cov)
+    point = start
+    for _ in range(GAUSS_NEWTON_STEPS):
+        h = projections[:, :, :3] @ point + projections[:, :, 3]
+        depth = h[:, 2]
+        if not (depth > 0).all():
+            return None
+        pixel = h[:, :2] / depth[:, None]
+        jacobian = projections[:, :2, :3] - pixel[:, :, None] * projections[:, None, 2, :3]
+        jacobian /= depth[:, None, None]
+        information = np.einsum("nia,nij,njb->ab", jacobian, weights, jacobian)
+        gradient = np.einsum("nia,nij,nj->a", jacobian, weights, uv - pixel)
+        values = np.linalg.eigvalsh(information)
+        if not values[0] > np.finfo(np.float64).eps * 1e2 * values[-1]:
+            return None
+        point = point + np.linalg.solve(information, gradient)
+    return point if (projections[:, 2, :3] @ point + projections[:, 2, 3] > 0).all() else None

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from facetlog.perception.detection.block_front_end.correspondence import POSE_SD_PX
+from facetlog.perception.detection.block_front_end.correspondence import (
+    fit_point,
+    triangulate_pairs,
+)
 from facetlog.perception.detection.block_front_end.plane_regions import PlaneRegions
-from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.types import FloatArray, Image, Track, View
 
 # A vertex borders the regions within this distance of it, px: the blurred rim between two faces
@@ -40,14 +42,27 @@ def track_points(tracks: tuple[Track, ...], views: tuple[View, ...]) -> FloatArr
 
     They only serve to separate planes; the final estimates are the filter's.
     """
-    shape = (len(tracks), len(views))
-    uv, cov = np.zeros((*shape, 2)), np.zeros((*shape, 2, 2))
-    seen = np.zeros(shape, np.bool_)
+    points = np.full((len(tracks), 3), np.nan)
     for n, track in enumerate(tracks):
-        for o in track.observations:
-            uv[n, o.view], cov[n, o.view], seen[n, o.view] = o.uv, o.cov, True
-    cov += POSE_SD_PX**2 * np.eye(2)
-    points, *_ = estimate_points(uv, cov, seen, np.array([view.projection for view in views]))
+        seen = track.observations
+        uv, cov = np.array([o.uv for o in seen]), np.array([o.cov for o in seen])
+        projections = np.array([views[o.view].projection for o in seen])
+        rays = np.array(
+            [
+                views[o.view].pose.rotation
+                @ np.linalg.solve(views[o.view].camera.matrix, [*o.uv, 1.0])
+                for o in seen
+            ]
+        )
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        # Start from the two rays of the widest angle.
+        i, j = divmod(int(np.argmin(np.abs(rays @ rays.T))), len(seen))
+        if i == j:
+            continue
+        (start,) = triangulate_pairs(projections[i], projections[j], uv[None, i], uv[None, j])
+        if np.isfinite(start).all():
+            point = fit_point(projections, uv, cov, start)
+            points[n] = np.nan if point is None else point
     return points
 
 
