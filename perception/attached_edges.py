@@ -11,10 +11,10 @@ __all__ = ["find_risen_segments", "find_segments_behind", "find_segments_inside"
 
 # The outline is widened by this share of the face's size: legs stand at the rim.
 RIM_SHARE = 0.08
-# What begins farther behind than this share of the face's size is another thing: a table top is
+# Edges that begin farther behind than this share of the face's size are another thing's: a top is
 # rarely thicker than a quarter of the root of its area.
 MAX_GAP_SHARE = 0.25
-# What stays nearer to the face's plane than this share lies on the face.
+# Edges that stay nearer to the face's plane than this share lie on the face.
 MIN_DEPTH_SHARE = 0.05
 # A face carries what rises from it if its normal points this far above the horizon: sin 30°.
 LEVEL_ENOUGH = 0.5

@@ -95,7 +95,7 @@ class Leftovers:
     functions: tuple[int, ...]
 
 
-# Of knowledge bases that were collected; the next request of another one clears it away.
+# Left by garbage-collected knowledge bases; the next request of another one removes it.
 _left: deque[Leftovers] = deque()
 
 

@@ -303,7 +303,7 @@ class Looked:
         nearest."""
         away = float(np.median(np.linalg.norm(self.steps(), axis=1)))
         place = self.middle + away * direction
-        # Of several as near the first, whatever their last digits.
+        # Among equally near ones take the first: the last digits must not decide.
         nearest = min(self.seers, key=lambda seer: round(math.dist(seer.at, place) / away, DIGITS))
         named = nearest.name
         if nearest.picture != nearest.name:

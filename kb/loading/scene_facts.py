@@ -22,7 +22,7 @@ __all__ = ["FactMaker", "SceneFacts", "needs_facts_on_demand"]
 FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
 """Works out the facts on demand of one scene."""
 
-# What asks for facts on demand without naming them: words of the vocabulary (rules/line_labels.pl,
+# Goals that need facts on demand without naming them: vocabulary words (rules/line_labels.pl,
 # rules/vocabulary.pl), and the requests for what was not seen (sight.pl) and for where something
 # comes from (origin.pl), which may be a piece.
 RESTING_WORDS = (

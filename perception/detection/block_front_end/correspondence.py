@@ -88,7 +88,7 @@ def track_vertices(
             alive = np.isfinite(used[pairs].max(axis=1))
         alive[top] = False
         points, pairs, off = points[alive], pairs[alive], off[alive]
-    # Of tracks with one label only the best supported keeps it.
+    # Only the best supported of the tracks with one label keeps it.
     given: set[PositionLabel | None] = {None}
     result = []
     for track in sorted(tracks, key=lambda track: -len(track.observations)):
@@ -201,7 +201,7 @@ class _Sightings:
         """Return the members that a point settles on when it gathers its sightings in turn.
 
         At most one of each view, that of least chi-square within the gate; `used` (n,) is infinite
-        for those of other tracks. None where the members determine no point.
+        for those of other tracks. Return an empty list where the members determine no point.
         """
         for _ in range(MOST_ROUNDS):
             projections = self.projections[self.view[members]]

@@ -66,7 +66,7 @@ def find_edge_pixels(image: Image, mask: Image, sd_grey: float | None = None) ->
     positive = laplacian > 0
     crossing = np.zeros(smooth.shape, dtype=np.bool_)
     magnitude = np.abs(laplacian)
-    # Of two neighbours of different sign the one nearer to zero is the edge pixel.
+    # The edge pixel is, of two neighbours with different signs, the one nearer to zero.
     across = positive[:, 1:] != positive[:, :-1]
     left = magnitude[:, :-1] <= magnitude[:, 1:]
     crossing[:, :-1] |= across & left

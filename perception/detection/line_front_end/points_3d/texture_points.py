@@ -216,7 +216,7 @@ def match_features(
     apart = np.abs(there[:, :1] - places[:, 0]) > APART_PX
     apart |= np.abs(there[:, 1:] - places[:, 1]) > APART_PX
     second = np.where(apart, rest, np.float32(-1.0)).max(axis=1)
-    # Of unit vectors |a - b|² = 2 - 2 a·b.
+    # For unit vectors, |a - b|² = 2 - 2 a·b.
     clear = 1.0 - alike[likely] < RATIO**2 * (1.0 - second)
     return np.stack([likely[clear], best[likely[clear]]], axis=1)
 
