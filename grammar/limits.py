@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
+from facetlog.grammar.claims import shorten
 from facetlog.grammar.fading import describe_fading
-from facetlog.grammar.lint.constraints import shorten
 from facetlog.grammar.scope import Scope, build_file_scope
 from facetlog.grammar.traversal import walk
 

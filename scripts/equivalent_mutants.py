@@ -5,7 +5,7 @@ __all__ = ["EQUIVALENT"]
 
 _BEGINS = "start_degree(Want, degree(0, 1, 0), Degree)."
 _OF_ONE_PART = tuple(
-    ("meaning/forms.pl", head + goal, new)
+    ("meaning/degrees.pl", head + goal, new)
     for head in (
         "start(not, Want, sum(none, Degree)) :- ",
         "start(if_known, Want, sum(none, Degree)) :- ",
@@ -21,7 +21,7 @@ _OF_ONE_PART = tuple(
 _BY_REASON: dict[str, tuple[tuple[str, str, str], ...]] = {
     "never read: the one part there is takes its place": _OF_ONE_PART,
     "the miss of what does not fail is 0: nothing is less for it": (
-        ("meaning/forms.pl", "(   ‹S1 == fails›", "true"),
+        ("meaning/degrees.pl", "(   ‹S1 == fails›", "true"),
     ),
     "whether one of the names was not seen does not depend on their order": (
         ("meaning/say.pl", "append(‹Names0, Names1›, Names).", "Names1, Names0"),

@@ -40,7 +40,7 @@ ROOT = house("kb") / "prolog"
 # What tests mean, then the rules by which models are specialised.
 FILES = (
     *(f"meaning/{name}.pl" for name in (
-        "forms", "say", "compare", "fading", "quantities", "model_test", "left_open", "static",
+        "degrees", "say", "compare", "fading", "quantities", "model_test", "left_open", "static",
         "variables",
     )),
     *(f"batch/{name}.pl" for name in (
@@ -268,7 +268,7 @@ class Worker:
 def main() -> int:
     """Print the survivors of each file."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--only", action="append", help="a file, such as meaning/forms.pl")
+    parser.add_argument("--only", action="append", help="a file, such as meaning/degrees.pl")
     parser.add_argument("--cases", type=int, default=CASES, help="that each mutant is tried on")
     parser.add_argument("--sample", type=int, help="so many mutants of each file, drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of the sample")

@@ -109,7 +109,6 @@ WHOLE_ROOMS = "scan_scene"  # of many things: there is no main one
 FOLDER = ("facetlog", "benchmarks", "calibration")
 # What facts follow from, besides the world's own content. The makers of solids are not among it.
 ROBOT_CODE = (
-    "rendering/rays.py",
     "rendering/render.py",
     "rendering/texture.py",
     "rendering/views.py",

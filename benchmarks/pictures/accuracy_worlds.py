@@ -22,7 +22,7 @@ from benchmarks.pictures.polygons import Polygon
 from benchmarks.pictures.recognition import Run, counted, in_metres, recognised, tour_views
 from facetlog.perception.types import FloatArray, View
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.rendering.rays import find_first_hits, seen_by
+from facetlog.robot.rendering.render import find_first_hits, seen_by
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, make_world
 

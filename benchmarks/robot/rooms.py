@@ -1,6 +1,6 @@
 """Rooms with several things of real size on one floor, and what is true of them; metres.
 
-Boxes, tables, chairs, stools and desks as `robot/rendering/varied.py` draws them, any way round,
+Boxes, tables, chairs, stools and desks as `robot/rendering/furniture.py` draws them, any way round,
 so far from one another that a robot passes between them.
 """
 
@@ -12,8 +12,8 @@ import shapely
 
 from facetlog.mapping.plan_box import PlanBox, plan_box
 from facetlog.perception.types import FloatArray
+from facetlog.robot.rendering.furniture import VARIED
 from facetlog.robot.rendering.solids import placed
-from facetlog.robot.rendering.varied import VARIED
 from facetlog.robot.rendering.world import Solid, World
 from facetlog.robot.rendering.worlds import INCH, make_world
 

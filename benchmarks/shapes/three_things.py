@@ -19,7 +19,7 @@ from facetlog.perception.shapes.clouds.cloud_scene import make_cloud_scene
 from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering import solids
-from facetlog.robot.rendering.varied import shrunk
+from facetlog.robot.rendering.furniture import shrunk
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, place_in_world
 from facetlog.robot.tour import make_pose_looking_at, tour_camera

@@ -22,14 +22,16 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.example_scenes import Builders
 from facetlog.grammar.format import formatted
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
-from facetlog.grammar.language_server.diagnostics import (
+from facetlog.grammar.language_server.hover import find_hover_text, limit_text
+from facetlog.grammar.language_server.project import (
     KINDS,
+    EditorText,
+    Project,
     diagnostics,
     fix_all,
+    get_path,
     list_code_actions,
 )
-from facetlog.grammar.language_server.hover import find_hover_text, limit_text
-from facetlog.grammar.language_server.project import EditorText, Project, get_path
 from facetlog.grammar.language_server.rename import Refusal, explain_fixed_name, references, renamed
 from facetlog.grammar.language_server.symbols import Occurrence
 from facetlog.grammar.limits import limit_at

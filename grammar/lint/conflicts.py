@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.measures import DIMENSIONS
+from facetlog.grammar.claims import Atom, Claim, Claims, Linear, Origin, Place, shorten
 from facetlog.grammar.faults import Fault, Severity
-from facetlog.grammar.lint.constraints import Atom, Claim, Claims, Linear, Origin, Place, shorten
 from facetlog.grammar.scope import THIS, PartSymbol, SetSymbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension

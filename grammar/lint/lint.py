@@ -5,11 +5,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from facetlog.grammar import syntax as s
+from facetlog.grammar.claim_reader import read_claims
+from facetlog.grammar.claims import Bound, Claims, Linear, Place, Region, shorten
 from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import MOST_FAULTS, Edit, Fault, Fix, Severity, make_removal, swap
 from facetlog.grammar.lint.conflicts import find_contradictions, find_repeats
-from facetlog.grammar.lint.constraints import Bound, Claims, Linear, Place, Region, shorten
-from facetlog.grammar.lint.reader import read_claims
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
 from facetlog.grammar.source import Source, Span
@@ -203,10 +203,6 @@ def _warn(
     return Fault(code, message, source, node.span, hint, Severity.WARNING, fixes)
 
 
-MOST_STEPS = 20_000
-"""Expressions of one model, its definitions opened. A large model has some hundreds."""
-
-
 def lint(scopes: Mapping[str, Scope], main: s.File, faults: Iterable[Fault]) -> tuple[Fault, ...]:
     """Return the lint faults of a file; at most MOST_FAULTS, errors first.
 
@@ -227,7 +223,7 @@ def _iter_faults(scopes: Mapping[str, Scope], main: s.File, errors: "_Errors") -
         is_own = scope.model.file is main
         sound = not errors.touch(scope)
         rest = scope if sound else errors.drop_faulty_lines(scope) if is_own else None
-        claims = read_claims(rest, main, MOST_STEPS) if rest is not None else None
+        claims = read_claims(rest, main) if rest is not None else None
         if claims is None:
             continue
         if is_own:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from facetlog.robot.rendering.furniture import VARIED, shrunk
 from facetlog.robot.rendering.solids import (
     chair,
     cuboid,
@@ -23,7 +24,6 @@ from facetlog.robot.rendering.solids import (
     wedge,
 )
 from facetlog.robot.rendering.texture import Pattern, Texture
-from facetlog.robot.rendering.varied import VARIED, shrunk
 from facetlog.robot.rendering.world import Floor, Solid, World
 
 INCH = 0.0254  # metres

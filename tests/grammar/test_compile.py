@@ -79,9 +79,21 @@ def test_symmetric_parts_are_tried_in_one_order_and_neighbours_before_angles() -
     assert places == sorted(places)
 
 
-def test_parts_are_not_swapped_where_a_pair_of_them_is_not_alike() -> None:
-    text = "model m\n  face a, b\n  up: each pair x, y of a, b: x above y, a is level\n"
-    assert "@<" not in program(text).prolog
+@pytest.mark.parametrize(
+    ("line", "swapped"),
+    [
+        ("each pair x, y of a, b: x above y", False),
+        ("not (each pair x, y of a, b: x above y)", False),
+        ("not (each pair x, y of a, b: x adjoins y)", True),
+        ("share(a) at least 50 %, share(b) at least 0.5", True),
+        ("share(a) at least 50 % sharp, share(b) at least 50 %", False),
+        ("share(a) at least 50 % fading 5 %, share(b) at least 50 % fading 10 %", False),
+        ("share(a) at least share(b)", False),
+    ],
+)
+def test_parts_are_swapped_only_if_what_is_said_of_them_stays(line: str, *, swapped: bool) -> None:
+    text = program(f"model m\n  face a, b\n  l: {line}\n").prolog
+    assert ("@<" in text) is swapped
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from lsprotocol import types as lsp
 
 from facetlog.grammar.language_server.completion import completions
-from facetlog.grammar.language_server.diagnostics import diagnostics
 from facetlog.grammar.language_server.hover import find_hover_text
-from facetlog.grammar.language_server.project import EditorText, Project
+from facetlog.grammar.language_server.project import EditorText, Project, diagnostics
 from facetlog.grammar.language_server.rename import Refusal, Replacement, renamed
 from facetlog.grammar.language_server.server import outline
 from facetlog.grammar.language_server.symbols import SymbolKind, occurrences

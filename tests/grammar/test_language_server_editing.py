@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 from lsprotocol import types as lsp
 
-from facetlog.grammar.language_server.diagnostics import fix_all, list_code_actions
-from facetlog.grammar.language_server.project import EditorText, Project
+from facetlog.grammar.language_server.project import EditorText, Project, fix_all, list_code_actions
 from facetlog.grammar.source import Span
 from tests.grammar.editor import Editor, RequestRefused
 

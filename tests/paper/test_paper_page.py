@@ -7,8 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from facetlog.cli import main
-from facetlog.paper.page import PAGE_FILE
-from facetlog.paper.printed import plane_iterations, point_iterations, printed
+from facetlog.paper.page import PAGE_FILE, plane_iterations, point_iterations, printed
 
 # Three.js, inside the viewer, names these; nothing is fetched from them.
 NAMED = {"http://www.w3.org/1999/xhtml", "https://github.com/mrdoob/three.js/pull/23228"}

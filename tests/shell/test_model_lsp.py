@@ -5,8 +5,7 @@ import pytest
 from facetlog.commands.model.check import checked
 from facetlog.commands.model.scenes import list_builder_sizes
 from facetlog.grammar import language_server
-from facetlog.grammar.language_server.diagnostics import diagnostics
-from facetlog.grammar.language_server.project import Project
+from facetlog.grammar.language_server.project import Project, diagnostics
 
 
 def test_the_server_is_given_the_builders_of_examples(run, monkeypatch):

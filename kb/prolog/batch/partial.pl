@@ -5,7 +5,7 @@
 
 /** <module> Tests into goals, by partial evaluation
 
-The clauses that say what a test means (say.pl, forms.pl, compare.pl, quantities.pl) are run as far as
+The clauses that say what a test means (say.pl, degrees.pl, compare.pl, quantities.pl) are run as far as
 they can be without a scene; what is left of them is the goal. No test has a rule of its own here. What
 is written is what these clauses would do, in their order:
 
@@ -34,7 +34,7 @@ that part is said by say.pl each time. Context is as in specialise.pl.
 
 %   Where the clauses stand.
 unfolded(facetlog_say).
-unfolded(facetlog_forms).
+unfolded(facetlog_degrees).
 unfolded(facetlog_compare).
 unfolded(facetlog_quantities).
 

@@ -21,7 +21,7 @@ always did; nothing is judged in another way.
 :- use_module(facetlog_kb(body_code)).
 :- use_module(facetlog_kb(partial)).
 :- use_module(facetlog_kb(sources)).
-:- use_module(facetlog_kb(forms)).
+:- use_module(facetlog_kb(degrees)).
 :- use_module(facetlog_kb(plan)).
 
 %!  specialised(+Model, +Context) is det.

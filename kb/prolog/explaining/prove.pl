@@ -30,7 +30,7 @@ State, Low and High are those of outline/3 (say.pl), from the proofs of all part
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
 :- use_module(library(error)).
-:- use_module(facetlog_kb(forms)).
+:- use_module(facetlog_kb(degrees)).
 :- use_module(facetlog_kb(say)).
 :- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(model_test)).

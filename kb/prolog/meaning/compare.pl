@@ -18,7 +18,7 @@ the state; soft(Width) has the limit in its middle, and changes degrees alone.
 :- use_module(library(lists)).
 :- use_module(library(error)).
 :- use_module(facetlog_kb(static)).
-:- use_module(facetlog_kb(forms)).
+:- use_module(facetlog_kb(degrees)).
 :- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(fading)).
 :- use_module(facetlog(vocabulary)).
@@ -47,7 +47,7 @@ comparison(soft(Test, Share), M, soft(Bounds, Share)) :-
 
 %!  compared(+Measure, +Bounds, +Module, +Test, +Want, -Said) is det.
 %
-%   What is said (forms.pl) of Test, which compares Measure with Bounds.
+%   What is said (degrees.pl) of Test, which compares Measure with Bounds.
 %
 %   @error type_error(comparable, Test) if a length is compared with a bare number, or the like.
 

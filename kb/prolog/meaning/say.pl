@@ -11,10 +11,10 @@
 
 The one place where a test is worked out. A test is a term over the words of the vocabulary: a comparison
 of measures (compare.pl), a relation, another model, a short word, or a form that joins other tests
-(forms.pl). Module may define words by means/2, measures by measured/4 and named tolerances by
+(degrees.pl). Module may define words by means/2, measures by measured/4 and named tolerances by
 tolerance/2.
 
-The clauses here, in forms.pl, compare.pl and quantities.pl are also what partial.pl specialises for the
+The clauses here, in degrees.pl, compare.pl and quantities.pl are also what partial.pl specialises for the
 tests of given models. For that each predicate has one clause for what its first argument can be, decides
 by its arguments alone, and what follows from the test, and not from the scene, stands in static/1.
 */
@@ -23,7 +23,7 @@ by its arguments alone, and what follows from the test, and not from the scene, 
 :- use_module(library(error)).
 :- use_module(facetlog_kb(static)).
 :- use_module(facetlog_kb(variables)).
-:- use_module(facetlog_kb(forms)).
+:- use_module(facetlog_kb(degrees)).
 :- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(model_test)).
 :- use_module(facetlog_kb(quantities)).
@@ -33,7 +33,7 @@ by its arguments alone, and what follows from the test, and not from the scene, 
 
 %!  outline(+Test, +Module, -Outline) is det.
 %
-%   Outline is outline(State, Low, High, Miss) of Test in the current scene, see forms.pl. What can
+%   Outline is outline(State, Low, High, Miss) of Test in the current scene, see degrees.pl. What can
 %   change none of these any more is not asked; the miss does not depend on the order of a test's parts.
 %
 %   @error existence_error(word, Name/Arity) if Test is not in the vocabulary.
@@ -53,7 +53,7 @@ state(Test, Module, State) :-
 
 %!  said(+Test, +Module, +Want, -Said) is det.
 %
-%   What forms.pl calls so; Want is `state` or `full`.
+%   What degrees.pl calls so; Want is `state` or `full`.
 %
 %   @error as outline/3
 

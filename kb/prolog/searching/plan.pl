@@ -10,7 +10,7 @@ The cheapest first (search.pl): what costs little may decide that the rest need 
 :- use_module(library(lists)).
 :- use_module(library(pairs)).
 :- use_module(library(apply)).
-:- use_module(facetlog_kb(forms)).
+:- use_module(facetlog_kb(degrees)).
 
 %!  plan(+Module, +Model, -Plan) is det.
 %

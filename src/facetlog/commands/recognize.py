@@ -268,19 +268,38 @@ def demo_command(
 ) -> int:
     """Render the paper's tour of 24 views around a block, and recognize it from the pixels."""
     if paper:
-        from facetlog.commands.paper import run_paper_experiment
-
         others = judging.models or judging.crisp or output.as_json or output.full
         if others or world != DEMO_WORLD or how.sd_limit is not None:
             raise InputError("--paper reruns the paper's experiment: it goes with -o and --seed")
         if output.out is None:
             raise InputError("--paper writes a page: give a folder for it by -o")
-        return run_paper_experiment(output.out, seed)
+        return _run_paper_experiment(output.out, seed)
 
     def render(**progress: object) -> "ViewSet":
         return render_simulated_views(world, seed, **progress)  # type: ignore[arg-type]
 
     return _recognize(render, judging, output, how.make_method())
+
+
+def _run_paper_experiment(out: Path, seed: int) -> int:
+    """Run the paper's experiment and write its page to the folder `out`; return the exit code."""
+    from facetlog.degree_plot import check_plots
+    from facetlog.kb.explaining.verdict_text import format_holding
+    from facetlog.paper.experiment import run_experiment
+    from facetlog.paper.page import PAGE_FILE, write_paper_page
+
+    check_replaceable(out)
+    check_plots()
+    clock = StepClock()
+    with show_progress() as progress:
+        run = run_experiment(seed, progress, clock)
+    with clock.step("write page"):
+        write_paper_page(out, run, seed)
+    show_times(clock)
+    best = run.found.recognition.best
+    typer.echo(format_holding(v.summary for v in best))
+    typer.echo(f"{out / PAGE_FILE}: the paper's figures 8 to 14 from this run")
+    return YES if best else NO
 
 
 def _recognize(

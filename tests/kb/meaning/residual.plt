@@ -110,7 +110,7 @@ left(first_measure(nosuch(_), _, _, _), facetlog_quantities, fail, true).
 left(length(L, 2), facetlog_quantities, length(L, 2), true).
 left(must_be(nonneg, C), facetlog_say, error:must_be(nonneg, C), true).
 left(total(L, S, Var), facetlog_quantities, facetlog_quantities:total(L, S, Var), true).
-left(joint_miss(L, Miss), facetlog_forms, facetlog_forms:joint_miss(L, Miss), true).
+left(joint_miss(L, Miss), facetlog_degrees, facetlog_degrees:joint_miss(L, Miss), true).
 left(plain(state, S, Said), facetlog_say, true, Said == said(S, none)).
 left(value(2, user, Q), facetlog_quantities, true, Q == quantity(2, 0, number)).
 left(start(at_least(2), full, Sum), facetlog_say, true, Sum == []).

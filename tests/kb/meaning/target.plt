@@ -102,7 +102,7 @@ interpreting(facetlog_quantities:value(_, user, _), true).
 interpreting(facetlog_quantities:longest_first_in(user, _, _), true).
 interpreting(measures:measure(_, _, _, _), true).
 interpreting(( a, ( b -> facetlog_say:said(_, _, _, _) ; true ) ), true).
-interpreting(facetlog_forms:joint_miss(_, _), false).
+interpreting(facetlog_degrees:joint_miss(_, _), false).
 interpreting(lists:member(_, [said(_, _, _, _)]), false).
 interpreting(said(_, _, _, _), false).
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from facetlog.paper.printed import printed
+from facetlog.paper.page import printed
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.plane_filter import Chart, plain_plane_recursion
 from facetlog.perception.estimation.point_filter import run_printed_recursion

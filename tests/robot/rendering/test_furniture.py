@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.rendering.furniture import bench, cabinet, desk, shelf, stairs, stool
-from facetlog.robot.rendering.varied import VARIED
+from facetlog.robot.rendering.furniture import VARIED, bench, cabinet, desk, shelf, stairs, stool
 from facetlog.robot.rendering.world import Solid
 
 PIECES = {

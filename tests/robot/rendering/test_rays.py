@@ -5,7 +5,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.types import Camera, FloatArray
-from facetlog.robot.rendering.rays import (
+from facetlog.robot.rendering.render import (
     BACKGROUND,
     find_facets_to_sun,
     find_first_hits,

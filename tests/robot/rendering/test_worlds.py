@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from facetlog.perception.types import Camera
-from facetlog.robot.rendering.rays import BACKGROUND, FLOOR, find_first_hits, seen_by
-from facetlog.robot.rendering.render import render
-from facetlog.robot.rendering.varied import VARIED
+from facetlog.robot.rendering.furniture import VARIED
+from facetlog.robot.rendering.render import BACKGROUND, FLOOR, find_first_hits, render, seen_by
 from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
 

@@ -149,11 +149,11 @@ def _format_faults(
 
             return format_faults_json(paths, faults)
         case Output.SARIF:
-            from facetlog.commands.model.sarif import format_faults_sarif
+            from facetlog.commands.model.fault_reports import format_faults_sarif
 
             return format_faults_sarif(paths, faults)
         case Output.JUNIT:
-            from facetlog.commands.model.junit import format_faults_junit
+            from facetlog.commands.model.fault_reports import format_faults_junit
 
             return format_faults_junit(
                 paths, faults, read=read, warnings_as_errors=warnings_as_errors

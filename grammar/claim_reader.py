@@ -11,9 +11,7 @@ from itertools import combinations
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.measures import DIMENSIONS
-from facetlog.grammar.constants import Constant, combine_dimensions, constant, quantity
-from facetlog.grammar.fading import ABOUT
-from facetlog.grammar.lint.constraints import (
+from facetlog.grammar.claims import (
     Atom,
     Bound,
     Claim,
@@ -23,6 +21,8 @@ from facetlog.grammar.lint.constraints import (
     Origin,
     Region,
 )
+from facetlog.grammar.constants import Constant, combine_dimensions, constant, quantity
+from facetlog.grammar.fading import ABOUT, get_soft_share
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import THIS, Local, Scope, SetSymbol
 from facetlog.grammar.source import Source
@@ -41,12 +41,17 @@ Names = Mapping[str, str]
 """Keys of names: `$top` of a part or set, `?2` of a name that `each` or `there` introduces."""
 
 
-def read_claims(scope: Scope, main: s.File, most: int) -> Claims | None:
-    """Return the claims of a model without faults; None if they take more than `most` steps.
+MOST_STEPS = 20_000
+"""Expressions of one model, its definitions opened. A large model has some hundreds."""
 
-    What stands in `main` under the model's own name, or before all models, is its own.
+
+def read_claims(scope: Scope, main: s.File, *, degrees: bool = False) -> Claims | None:
+    """Return the claims of a model without faults; None if they take more than MOST_STEPS.
+
+    What stands in `main` under the model's own name, or before all models, is its own. With
+    `degrees`, comparisons have the same form only if they fade alike, too.
     """
-    reader = _Reader(scope, main, most)
+    reader = _Reader(scope, main, degrees)
     try:
         reader.model()
     except OverflowError:
@@ -58,6 +63,7 @@ def read_claims(scope: Scope, main: s.File, most: int) -> Claims | None:
         reader.ranges,
         frozenset(reader.positive),
         frozenset(reader.used),
+        tuple(reader.sizes),
         tuple(dict.fromkeys(reader.in_vain)),
     )
 
@@ -65,10 +71,11 @@ def read_claims(scope: Scope, main: s.File, most: int) -> Claims | None:
 class _Reader:
     """Goes through a model once; OverflowError if that takes too many steps or goes too deep."""
 
-    def __init__(self, scope: Scope, main: s.File, most: int) -> None:
+    def __init__(self, scope: Scope, main: s.File, degrees: bool) -> None:
         self.scope = scope
         self.main = main
-        self.left = most
+        self.degrees = degrees
+        self.left = MOST_STEPS
         self.depth = 0
         self.mentioned: set[str] = set()
         self.ranges: dict[Atom, Interval] = {}
@@ -77,6 +84,7 @@ class _Reader:
         self.claims: list[Claim] = []
         self.in_vain: list[tuple[s.Name, Source]] = []
         self.regions: list[Region] = []
+        self.sizes: list[tuple[Linear, ...]] = []
         self._lets: dict[str, Constant | None] = {}
         self._origin: Origin
         self._shown: s.Expression | None = None
@@ -99,8 +107,7 @@ class _Reader:
             self._origin = Origin(line, node.expect is None, node.if_known, self._is_own(line))
             self.conjuncts(node.condition, {}, "")
         for size in self.scope.model.sizes:
-            for measure in size.node.measures:
-                self.measure(measure, {})
+            self.sizes.append(tuple([self.measure(m, {}) for m in size.node.measures]))
 
     def _is_own(self, owned: Owned[s.Line] | Owned[s.Part] | Owned[s.Define]) -> bool:
         return owned.file is self.main and owned.model in ("", self.scope.model.name)
@@ -128,14 +135,11 @@ class _Reader:
                     self.conjuncts(condition, names, of_set)
                 return
             case s.EachOf(variables, of, body):
-                of_parts = [self.named(n.text, names) for n in of]
-                is_set = len(of) == 1 and isinstance(self.scope.symbols.get(of[0].text), SetSymbol)
-                if not is_set:
-                    for some in combinations(of_parts, len(variables)):
-                        given = {v.text: one for v, one in zip(variables, some, strict=True)}
-                        with self._introduce(*variables):
-                            self.conjuncts(body, {**names, **given}, of_set)
+                if not self._is_set(of):
+                    for given in self._write_out(node, names):
+                        self.conjuncts(body, given, of_set)
                     return
+                self.named(of[0].text, names)
                 if len(variables) == 1 and not of_set:
                     with self._introduce(*variables):
                         inner = {**names, variables[0].text: f"${of[0].text}"}
@@ -152,6 +156,17 @@ class _Reader:
                         self.conjuncts(body, bound, of_set)
                     return
         self._add_claim(node, names, of_set)
+
+    def _is_set(self, of: tuple[s.Name, ...]) -> bool:
+        return len(of) == 1 and isinstance(self.scope.symbols.get(of[0].text), SetSymbol)
+
+    def _write_out(self, node: s.EachOf, names: Names) -> Iterator[Names]:
+        """Iterate over what the names of `each x, y of a, b` stand for in turn."""
+        parts = [self.named(n.text, names) for n in node.of]
+        for some in combinations(parts, len(node.names)):
+            given = {v.text: one for v, one in zip(node.names, some, strict=True)}
+            with self._introduce(*node.names):
+                yield {**names, **given}
 
     @contextmanager
     def _introduce(self, *new: s.Name) -> Iterator[None]:
@@ -216,28 +231,40 @@ class _Reader:
                 return _negate(self.key(condition, names))
             case s.Comparison():
                 # Whichever side of the comparison a measure stands on.
-                bounds = self._add_region(node, names).bounds
-                return "within", frozenset((bound.full.key, bound.half.key) for bound in bounds)
+                region = self._add_region(node, names)
+                if self.degrees:
+                    return self._make_exact_key(region)
+                return "within", frozenset((b.full.key, b.half.key) for b in region.bounds)
             case s.Call() | s.Relation() | s.Property():
-                found = self._apply(*_get_application(node), names, node)
-                return _negate(found) if isinstance(node, s.Property) and node.negated else found
+                said = self._apply(*_get_application(node), names, node)
+                return _negate(said) if isinstance(node, s.Property) and node.negated else said
             case s.Each(kind, name, where, body):
                 word = kind.text if kind is not None else f"set ${name.text}"
                 inner = {**names, name.text: f"${name.text}"}
                 if kind is not None:
                     inner = _with_local(names, name)
-                said = self.key(where, inner) if where is not None else True
+                chosen = self.key(where, inner) if where is not None else True
                 with self._introduce(name):
-                    return "each", word, said, self.key(body, inner)
+                    return "each", word, chosen, self.key(body, inner)
             case s.EachOf(variables, of, body):
-                inner = _with_local(names, *variables)
-                among = frozenset(self.named(n.text, names) for n in of)
+                if not self._is_set(of):
+                    every = [self.key(body, given) for given in self._write_out(node, names)]
+                    return "and", frozenset(every)
+                among = self.named(of[0].text, names)
                 with self._introduce(*variables):
+                    inner = _with_local(names, *variables)
                     return "each of", len(variables), among, self.key(body, inner)
             case s.There():
                 return self._make_there_key(node, names)
             case _:
                 raise OverflowError
+
+    def _make_exact_key(self, region: Region) -> Hashable:
+        """Return a form of a comparison that says over which width it fades, too."""
+        sides = region.measure, region.low, region.high, region.fading
+        soft = get_soft_share(region.node, self.scope)
+        keys = tuple(side.key if side is not None else None for side in sides)
+        return region.node.comparator, keys, soft
 
     def _make_there_key(self, node: s.There, names: Names) -> Hashable:
         inner = _with_local(names, node.name)
@@ -246,9 +273,10 @@ class _Reader:
         among = frozenset(self.named(n.text, names) for n in node.of)
         kind = node.kind.text if not node.of else ""
         where: Hashable = True
-        if node.where is not None:
+        demanded = self.scope.demanded(node, node.name) if node.of else node.where
+        if demanded is not None:
             with self._introduce(node.name):
-                where = self.key(node.where, inner)
+                where = self.key(demanded, inner)
         found = ("there", many, kind, among, where)
         return found if node.some else _negate(found)
 

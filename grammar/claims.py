@@ -1,4 +1,4 @@
-"""Constraints of a model in a normal form that lint can compare."""
+"""Conditions of a model in a normal form: equal forms say the same."""
 
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
@@ -178,7 +178,8 @@ class Claims:
     """All claims of a model, its comparisons, and the range of each measured value.
 
     `positive` are measured values that are never zero. `used` are the names that were looked up,
-    `in_vain` those that `each` or `there` introduces and that nothing refers to.
+    `sizes` the measures of each size, `in_vain` the names that `each` or `there` introduces and
+    that nothing refers to.
     """
 
     scope: Scope
@@ -187,6 +188,7 @@ class Claims:
     ranges: Mapping[Atom, Interval]
     positive: frozenset[Atom]
     used: frozenset[str]
+    sizes: tuple[tuple[Linear, ...], ...]
     in_vain: tuple[tuple[s.Name, Source], ...]
 
     def iter_premises(self) -> Iterator[tuple[Claim, bool]]:

@@ -1,15 +1,15 @@
-:- module(facetlog_forms, [ form/4,         % +Test, -Join, -Parts, -Shown
-                            start/3,        % +Join, +Want, -Sum
-                            settled/3,      % +Join, +Want, +Sum
-                            joined/5,       % +Join, +Want, +Sum0, +Said, -Sum
-                            together/4,     % +Join, +Want, +Sum, -Said
-                            plain/3,        % +Want, +State, -Said
-                            either_way/4,   % +Want, +Said, +Said, -Said
-                            counted/3,      % +Saids, -Holding, -Open
-                            deciding/2      % +Join, -Place
-                          ]).
+:- module(facetlog_degrees, [ form/4,         % +Test, -Join, -Parts, -Shown
+                              start/3,        % +Join, +Want, -Sum
+                              settled/3,      % +Join, +Want, +Sum
+                              joined/5,       % +Join, +Want, +Sum0, +Said, -Sum
+                              together/4,     % +Join, +Want, +Sum, -Said
+                              plain/3,        % +Want, +State, -Said
+                              either_way/4,   % +Want, +Said, +Said, -Said
+                              counted/3,      % +Saids, -Holding, -Open
+                              deciding/2      % +Join, -Place
+                            ]).
 
-/** <module> The forms of tests: what their parts come to together
+/** <module> The degree of a test from those of its parts, and the forms of tests
 
 Everything that judges a test has it from here: say.pl, which works a test out, prove.pl, which shows
 why, and partial.pl, which works it out beforehand for the tests of given models. A form has one row in

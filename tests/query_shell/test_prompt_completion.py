@@ -2,8 +2,8 @@
 
 import pytest
 
-from facetlog.query_shell.completion import find_hint, proposals
 from facetlog.query_shell.lines import execute
+from facetlog.query_shell.prompt import find_hint, proposals
 from facetlog.query_shell.shell import Shell
 
 from .scenes import write_block
