@@ -11,7 +11,6 @@ __all__ = [
     "Bools",
     "Indices",
     "find_entries_of_rows",
-    "find_pairs_in_rows",
     "find_row_starts",
     "iter_groups",
     "joined",
@@ -78,20 +77,6 @@ def sum_padded_rows(table: FloatArray) -> FloatArray:
     if not table.shape[1]:
         return np.zeros(len(table))
     return np.asarray(table.cumsum(axis=1)[:, -1], dtype=np.float64)
-
-
-def find_pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
-    """Return places (p,) of every pair of an entry of one kind with one of another in the same row.
-
-    The rows have `firsts` (r,) and `seconds` (r,) entries.
-
-    >>> [each.tolist() for each in find_pairs_in_rows(np.array([2, 1]), np.array([1, 2]))]
-    [[0, 1, 2, 2], [0, 0, 1, 2]]
-    """
-    counts = np.repeat(seconds, firsts)
-    begins = np.repeat(find_row_starts(seconds), firsts)
-    one = np.repeat(np.arange(len(counts)), counts)
-    return one, np.arange(len(one)) - np.repeat(find_row_starts(counts) - begins, counts)
 
 
 def stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:

@@ -1,7 +1,7 @@
 """What does a scene of a batch cost, from its JSON to the verdicts of all models?
 
 Scenes of 12 to 60 faces, furniture of the builders in random sizes, are read, made into the facts
-that the models ask for, a dozen together as in a worker, and judged by one BatchJudge. CPU time.
+that the models ask for, and judged by one BatchJudge. CPU time.
 One and two workers of `facetlog classify` are compared by wall clock and by CPU time, less what
 they take to start. The number of seeds is that of the scenes.
 """
@@ -27,7 +27,6 @@ from facetlog.perception.types import FloatArray
 NAME = "time_batch"
 SCENES = 48
 REPEATS = 3  # of each scene; the least time counts, the others were disturbed
-TOGETHER = 12  # scenes whose facts are made together
 COPIES = 8  # of each scene, for the workers
 LEAST_FACES, MOST_FACES = 12, 60
 SPREAD = 0.7, 1.4  # of sizes, times what is usual
@@ -61,25 +60,18 @@ def built(
 
 
 def _timed(judge: BatchJudge, paths: Sequence[Path]) -> list[tuple[float, float, float]]:
-    """Return milliseconds to read each scene, to make facts of it, and to judge them.
-
-    Facts are made of all together: of that each has the same share.
-    """
+    """Return milliseconds to read each scene, to make facts of it, and to judge them."""
     kinds = {name for name, _ in judge.needed}
     times = np.full((REPEATS, len(paths), 3), np.inf)
     for repeat in times:
-        scenes = []
         for path, steps in zip(paths, repeat, strict=True):
             start = time.process_time()
-            scenes.append(read_scene(path))
-            steps[0] = time.process_time() - start
-        start = time.process_time()
-        found = fact_columns(scenes, kinds)
-        repeat[:, 1] = (time.process_time() - start) / len(paths)
-        for facts, steps in zip(found, repeat, strict=True):
-            start = time.process_time()
+            scene = read_scene(path)
+            read = time.process_time()
+            facts = fact_columns(scene, kinds)
+            made = time.process_time()
             judge.judge_columns(facts)
-            steps[2] = time.process_time() - start
+            steps[:] = read - start, made - read, time.process_time() - made
     return [(read, facts, judged) for read, facts, judged in (1e3 * times.min(axis=0)).tolist()]
 
 
@@ -138,11 +130,7 @@ def measure(settings: Settings) -> Report:
             write_scene(scene, path)
         with BatchJudge() as judge:
             _timed(judge, paths)  # not counted: the first run fills caches
-            steps = [
-                timed
-                for first in range(0, count, TOGETHER)
-                for timed in _timed(judge, paths[first : first + TOGETHER])
-            ]
+            steps = _timed(judge, paths)
         workers = _workers(folder, found)
     read, made, judged = zip(*steps, strict=True)
     every = [sum(step) for step in steps]

@@ -6,7 +6,7 @@ edge for follow the listed ones.
 """
 
 import logging
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection
 from functools import partial
 from itertools import repeat
 
@@ -15,14 +15,18 @@ import numpy as np
 from facetlog.perception.facts import drawing_facts, part_facts, thing_facts
 from facetlog.perception.facts.fact_kinds import ArgumentKind
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
-from facetlog.perception.facts.named_rows import BlockFacts, FactColumns, FactRows, convert_to_rows
+from facetlog.perception.facts.named_rows import (
+    CollectedFacts,
+    FactColumns,
+    FactRows,
+    convert_to_rows,
+)
 from facetlog.perception.facts.pieces import piece_facts
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 
 __all__ = [
-    "FACES_AT_ONCE",
     "LEVEL_KINDS",
     "Fact",
     "FactColumns",
@@ -63,9 +67,6 @@ def add_scale_error(facts: FactColumns, scale_sd: float) -> FactColumns:
 
 _LOG = logging.getLogger(__name__)
 
-FACES_AT_ONCE = 400
-"""Faces of scenes that are worked on together: of more, arrays leave the processor's cache."""
-
 # What Fact(functor, args) comes to, without the call: a scene may have millions of facts.
 _fact: Callable[[tuple[str, tuple[Value, ...]]], Fact] = partial(tuple.__new__, Fact)
 
@@ -91,7 +92,7 @@ LEVEL_KINDS = (
 )
 
 # What makes which kinds of facts, in the order in which facts of one kind stand.
-_MAKERS: tuple[tuple[Callable[[SceneMemo, BlockFacts], None], tuple[str, ...]], ...] = (
+_MAKERS: tuple[tuple[Callable[[SceneMemo, CollectedFacts], None], tuple[str, ...]], ...] = (
     (part_facts.scene_facts, ("scene", "scale", "up", "view")),
     (part_facts.vertex_facts, ("vertex", "point")),
     (part_facts.spread_facts, ("point_cov",)),
@@ -133,52 +134,23 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, BlockFacts], None], tuple[str, ...]], 
 )
 
 
-def fact_columns(
-    scenes: Sequence[Scene], kinds: Collection[str] | None = None
-) -> list[FactColumns]:
-    """Return arguments of all facts of each scene by functor, in the schema's order, column by
-    column.
+def fact_columns(scene: Scene, kinds: Collection[str] | None = None) -> FactColumns:
+    """Return arguments of all facts of a scene by functor, in the schema's order, column by column.
 
-    Scenes together take a fraction of the time that each would take, and have the same facts to the
-    last bit. With `kinds` there are only those functors, on demand or not, and what nobody asks for
-    is not worked out; else all but those on demand.
+    With `kinds` there are only those functors, on demand or not, and what nobody asks for is not
+    worked out; else all but those on demand.
     """
     wanted = _wanted(kinds)
-    found: dict[int, FactColumns] = {}
-    for places in _blocks(scenes):
-        memo = SceneMemo.of(*(scenes[i] for i in places))
-        facts = BlockFacts(wanted, len(places))
-        for maker, made in _MAKERS:
-            if not wanted.keys().isdisjoint(made):
-                maker(memo, facts)
-        found.update(
-            (place, add_scale_error(facts.of_scene(nth), scenes[place].scale_sd))
-            for nth, place in enumerate(places)
-        )
-    return [found[i] for i in range(len(scenes))]
+    memo, facts = SceneMemo.of(scene), CollectedFacts(wanted)
+    for maker, made in _MAKERS:
+        if not wanted.keys().isdisjoint(made):
+            maker(memo, facts)
+    return add_scale_error(facts.to_columns(), scene.scale_sd)
 
 
 def _wanted(kinds: Collection[str] | None) -> dict[str, None]:
     every = (kind.functor for kind in FACT_SCHEMA)
     return dict.fromkeys(f for f in every if (f not in ON_DEMAND if kinds is None else f in kinds))
-
-
-def _blocks(scenes: Sequence[Scene]) -> Iterator[list[int]]:
-    """Yield places of scenes that are worked on together."""
-    block: list[int] = []
-    faces = 0
-    for i, scene in enumerate(scenes):
-        own = len(scene.faces)
-        if own > FACES_AT_ONCE:
-            yield [i]
-            continue
-        if faces + own > FACES_AT_ONCE:
-            yield block
-            block, faces = [], 0
-        block.append(i)
-        faces += own
-    if block:
-        yield block
 
 
 def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
@@ -191,7 +163,7 @@ def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
     >>> fact_rows(cuboid(), {"thing"})
     {'thing': [('t1',)]}
     """
-    (found,) = fact_columns((scene,), kinds)
+    found = fact_columns(scene, kinds)
     return {functor: convert_to_rows(columns) for functor, columns in found.items()}
 
 
@@ -218,7 +190,7 @@ def facts_on_demand(scene: Scene) -> tuple[Fact, ...]:
         kinds = _wanted(ON_DEMAND.intersection(made))
         if not kinds:
             continue
-        facts = BlockFacts(kinds, 1)
+        facts = CollectedFacts(kinds)
         try:
             maker(memo, facts)
         except Exception as exc:
@@ -231,7 +203,7 @@ def facts_on_demand(scene: Scene) -> tuple[Fact, ...]:
             )
             _LOG.debug("%s failed", maker.__name__, exc_info=True)
             continue
-        found |= add_scale_error(facts.of_scene(0), scene.scale_sd)
+        found |= add_scale_error(facts.to_columns(), scene.scale_sd)
     return _facts({kind: convert_to_rows(found[kind]) for kind in _wanted(found)})
 
 

@@ -5,22 +5,18 @@ from numpy.typing import NDArray
 
 from facetlog.perception.facts import relations
 from facetlog.perception.facts.fact_schema import Value
-from facetlog.perception.facts.named_rows import BlockFacts, FactRows
+from facetlog.perception.facts.named_rows import CollectedFacts, FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing
 
 
-def drawing_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Add the line drawings that views show of the scenes' edges; none where no camera is known."""
-    shown = np.array([bool(scene.cameras and scene.faces) for scene in s.scenes])
-    for nth, own in s.alone(shown):
-        _add_drawings(own, nth, rows)
-
-
-def _add_drawings(s: SceneMemo, nth: int, rows: BlockFacts) -> None:
+def drawing_facts(s: SceneMemo, rows: CollectedFacts) -> None:
+    """Add the line drawings that views show of the scene's edges; none where no camera is known."""
+    scene = s.scene
+    if not scene.cameras or not scene.faces:
+        return
     from facetlog.perception.surfaces.visible_lines import visible_lines  # loaded on demand
 
-    (scene,) = s.scenes
     flat = find_flat_edges(s)
     for i, (camera, pose) in enumerate(zip(scene.cameras, scene.poses, strict=True), 1):
         seen = visible_lines(s.table, s.edges, s.bounds, flat, camera, pose)
@@ -31,7 +27,7 @@ def _add_drawings(s: SceneMemo, nth: int, rows: BlockFacts) -> None:
         ]
         names = [f"e{k + 1}" for k in seen.edge.tolist()]
         for functor, found in drawing_rows(f"view{i}", seen.drawing, points, names).items():
-            rows.add_rows(functor, nth, found)
+            rows.add_rows(functor, found)
 
 
 def drawing_rows(view: str, drawing: LineDrawing, points: list[str], lines: list[str]) -> FactRows:

@@ -19,9 +19,7 @@ ROUNDING = 1e-12
 
 
 def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
-    """Return angles (f,) between planes and the level, radians, 0..π/2, each face's up (f, 3)
-    exact.
-    """
+    """Return angles (f,) between planes and the level, radians, 0..π/2, up (3,) exact."""
     rise = dots(planes.normals, up)
     lean = up - rise[:, None] * planes.normals
     size = np.sqrt(dots(lean, lean))
@@ -35,7 +33,7 @@ def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
 def find_vertical_senses(planes: PlaneTable, up: FloatArray, leaning: Estimates) -> Indices:
     """Return 1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0.
 
-    `up` (f, 3) is that of each face's scene, `leaning` what `tilts` says of these planes.
+    `leaning` is what `tilts` says of these planes.
     """
     sure = np.pi / 2 - leaning.values > SENSE_SDS * leaning.sds + ANGLE_RESOLUTION
     return np.where(sure, np.where(dots(planes.normals, up) > 0.0, 1, -1), 0)
@@ -46,8 +44,8 @@ class Grounds:
     """The lowest of each thing's vertices, with those level with it: what heights count from.
 
     Vertex `vertex` (g,) is of the ground of thing `thing` (g,), `counts` (t,) a thing; `heights`
-    (n,) are those of all vertices, `up` (t, 3) is that of the things' scenes. Where `floors` (t,),
-    the heights of the ground that was seen, are lower, heights count from these.
+    (n,) are those of all vertices along `up` (3,). Where `floors` (t,), the heights of the ground
+    that was seen, are lower, heights count from these.
     """
 
     thing: Indices
@@ -62,21 +60,19 @@ class Grounds:
         cls,
         members: tuple[Indices, Indices],
         table: FaceTable,
-        ups: FloatArray,
+        up: FloatArray,
         floors: FloatArray,
     ) -> "Grounds":
         """Return the grounds of things that have vertices: `members` are (thing, vertex), by the
         things.
 
-        `ups` (s, 3) are those of the scenes, `floors` (t,) heights of the ground, or infinite.
+        `floors` (t,) are heights of the ground, or infinite.
         """
-        heights = dots(table.points, ups[table.tolerance.scene])
+        heights = dots(table.points, up)
         rows, vertices = members
         count = int(rows[-1]) + 1
         found = _find_highest(rows, vertices, count, table, -heights[vertices])
-        scene = np.zeros(count, dtype=np.intp)
-        scene[rows] = table.tolerance.scene[vertices]
-        return cls(*found, heights, ups[scene], floors)
+        return cls(*found, heights, up, floors)
 
     def above(
         self,
@@ -106,7 +102,7 @@ class Grounds:
         shares = np.where(below, 0.0, shares)
         # A vertex of the ground may be one that the height answers to: there the slopes add.
         keys = np.concatenate((rows, ground_rows)) * len(covs) + np.concatenate((vertex, ground))
-        down = -shares[ground_rows, None] * self.up[things[ground_rows]]
+        down = -shares[ground_rows, None] * self.up
         every = np.concatenate((slope, down))
         known, row = np.unique(keys, return_inverse=True)
         total = np.zeros((len(known), 3))
@@ -132,8 +128,7 @@ def _find_highest(
     highest = np.flatnonzero(reach == top[rows])[::-1]
     first[rows[highest]] = highest  # the last assignment, the first of equals, stays
     sds = table.tolerance.vertex_sds[vertices]
-    scene = table.tolerance.scene[vertices]
-    limit = table.tolerance.within(np.hypot(sds, sds[first[rows]]), scene)
+    limit = table.tolerance.within(np.hypot(sds, sds[first[rows]]))
     equal = reach >= top[rows] - limit
     rows, vertices = rows[equal], vertices[equal]
     order = np.lexsort((vertices, rows))  # equal bodies are to have equal sums
@@ -163,9 +158,8 @@ def compute_extreme_heights(
     values = np.bincount(rows, shares * grounds.heights[at], minlength=2 * bodies).astype(
         np.float64
     )
-    both_things = np.tile(things, 2)
-    slope = shares[:, None] * grounds.up[both_things[rows]]
-    both = grounds.above(both_things, values, rows, at, slope, table.covs)
+    slope = shares[:, None] * grounds.up
+    both = grounds.above(np.tile(things, 2), values, rows, at, slope, table.covs)
     return (
         Estimates(both.values[:bodies], both.sds[:bodies]),
         Estimates(both.values[bodies:], both.sds[bodies:]),
@@ -181,7 +175,6 @@ def compute_elevations(
     own = find_row_starts(members.counts)[faces][:, None] + np.arange(there.shape[1])
     own = own[there]
     rows = np.nonzero(there)[0]
-    up = grounds.up[things]
-    slope = (up[rows][:, None] @ members.middle_slope[own])[:, 0]
-    values = dots(table.middles[faces], up)
+    slope = (grounds.up[None] @ members.middle_slope[own])[:, 0]
+    values = dots(table.middles[faces], grounds.up)
     return grounds.above(things, values, rows, members.vertex[own], slope, table.covs)

@@ -221,7 +221,7 @@ def measure_reaches_behind(
     farthest, least = np.zeros(len(table)), np.zeros(len(table))
     least[faces] = LEAST_DEPTH * found.values
     np.maximum.at(farthest, two[places], far)
-    slack = table.tolerance.within(sd, table.scene[two[places]])
+    slack = table.tolerance.within(sd)
     deep = (far > 0.0) & (far >= least[two[places]])
     as_far = np.flatnonzero(deep & (far >= farthest[two[places]] - slack))
     order = as_far[np.lexsort((sd[as_far], two[places][as_far]))]
@@ -311,8 +311,7 @@ def _beyond(table: FaceTable, faces: Indices, others: Indices, there: Bools) -> 
     depth = dots(where, normals[:, None]) + planes.offsets[faces, None]
     own = sds[table.outlines[faces]].max(axis=1)[:, None]
     tilt = planes.tilt_sds[faces, None] * depth
-    scenes = table.scene[faces, None]
-    limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt), scenes)
+    limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt))
     flat = project_on_axes(where - table.middles[faces, None], table.axes[faces])
     # What is that far from the outline's box needs no closer look.
     own_flat = table.flat[faces]
@@ -341,13 +340,13 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     where, normals = table.points[vertex], table.planes.normals[faces]
     flat = project_on_axes(where - table.middles[faces, None], table.axes[faces])
 
-    finest = table.tolerance.finest[table.scene[faces]]
+    finest = table.tolerance.finest
     hulls = Hulls(flat, candidate, table.convex[faces] & ~beyond.any(axis=1), finest)
     corners, after = hulls.of(flat), following(hulls.sizes, hulls.places.shape[1])
     # Vertices stacked along the normal make one corner together: their mean.
     apart_x = corners[:, :, None, 0] - flat[:, None, :, 0]
     apart_y = corners[:, :, None, 1] - flat[:, None, :, 1]
-    near = apart_x * apart_x + apart_y * apart_y <= (finest * finest)[:, None, None]
+    near = apart_x * apart_x + apart_y * apart_y <= finest * finest
     stacked = near & candidate[:, None]
     known = np.arange(hulls.places.shape[1]) < hulls.sizes[:, None]
     row, corner, column = np.nonzero(stacked & known[..., None])

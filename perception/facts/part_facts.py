@@ -1,11 +1,11 @@
-"""Facts about scenes as such, their vertices, edges and faces, and pairs of faces."""
+"""Facts about the scene as such, its vertices, edges and faces, and pairs of faces."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.batch_linalg import compute_quadratic_forms, dots
 from facetlog.perception.facts import relations
-from facetlog.perception.facts.named_rows import BlockFacts
+from facetlog.perception.facts.named_rows import CollectedFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Evidence
@@ -15,115 +15,110 @@ from facetlog.perception.types import FloatArray
 UPPER = tuple(zip(*(each.tolist() for each in np.triu_indices(3)), strict=True))
 
 
-def scene_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Add the scenes' names, units, up and views."""
-    for nth, scene in enumerate(s.scenes):
-        rows.add_rows("scene", nth, [(scene.name,)])
-        rows.add_rows("scale", nth, [("metric" if scene.metric else "unknown",)])
-        if scene.up is not None:
-            rows.add_rows("up", nth, [tuple(scene.up.tolist())])
-        views = ((f"view{i}", name) for i, name in enumerate(scene.views, 1))
-        rows.add_rows("view", nth, views)
+def scene_facts(s: SceneMemo, rows: CollectedFacts) -> None:
+    """Add the scene's name, unit, up and views."""
+    scene = s.scene
+    rows.add_rows("scene", [(scene.name,)])
+    rows.add_rows("scale", [("metric" if scene.metric else "unknown",)])
+    if scene.up is not None:
+        rows.add_rows("up", [tuple(scene.up.tolist())])
+    rows.add_rows("view", ((f"view{i}", name) for i, name in enumerate(scene.views, 1)))
 
 
-def vertex_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def vertex_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add vertices and their positions."""
-    scenes = s.table.tolerance.scene
-    rows.add("vertex", scenes, s.vertex_names)
-    rows.add("point", scenes, s.vertex_names, *s.table.points.T)
+    rows.add("vertex", s.vertex_names)
+    rows.add("point", s.vertex_names, *s.table.points.T)
 
 
-def spread_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def spread_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add covariances of vertices."""
     columns = (s.table.covs[:, i, j] for i, j in UPPER)
-    rows.add("point_cov", s.table.tolerance.scene, s.vertex_names, *columns)
+    rows.add("point_cov", s.vertex_names, *columns)
 
 
-def view_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def view_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add labels of vertices, and the pixels at which views saw them."""
-    for nth, scene in enumerate(s.scenes):
-        labels, seen = [], []
-        for i, vertex in enumerate(scene.vertices, 1):
-            if vertex.label is not None:
-                labels.append((f"v{i}", vertex.label.value))
-            for own in vertex.observations:
-                sds = np.sqrt(np.maximum(np.diag(own.cov), 0.0))
-                pixel = (*own.uv.tolist(), *sds.tolist())
-                seen.append((f"v{i}", f"view{own.view + 1}", *pixel))
-        rows.add_rows("vertex_label", nth, labels)
-        rows.add_rows("observed", nth, seen)
+    labels, seen = [], []
+    for i, vertex in enumerate(s.scene.vertices, 1):
+        if vertex.label is not None:
+            labels.append((f"v{i}", vertex.label.value))
+        for own in vertex.observations:
+            sds = np.sqrt(np.maximum(np.diag(own.cov), 0.0))
+            pixel = (*own.uv.tolist(), *sds.tolist())
+            seen.append((f"v{i}", f"view{own.view + 1}", *pixel))
+    rows.add_rows("vertex_label", labels)
+    rows.add_rows("observed", seen)
 
 
-def edge_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def edge_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add edges, their lengths and support, and the faces that they bound."""
-    table, (start, end), scenes = s.table, s.edges.T, s.edge_scene
-    found = s.edge_names
-    rows.add("edge", scenes, found, s.vertex_names[start], s.vertex_names[end])
+    table, (start, end), found = s.table, s.edges.T, s.edge_names
+    rows.add("edge", found, s.vertex_names[start], s.vertex_names[end])
     span = table.points[end] - table.points[start]
     length = np.sqrt(dots(span, span))
     # ∂|p - q|/∂p is the unit vector from q to p
     u = span / np.where(length > 0.0, length, 1.0)[:, None]
     variance = compute_quadratic_forms(u, table.covs[start] + table.covs[end])
-    rows.add("edge_length", scenes, found, length, np.sqrt(np.maximum(variance, 0.0)))
-    edges = [edge for scene in s.scenes for edge in scene.edges]
+    rows.add("edge_length", found, length, np.sqrt(np.maximum(variance, 0.0)))
+    edges = s.scene.edges
     support = np.array([edge.support for edge in edges], dtype=np.float64)
-    rows.add("edge_support", scenes[s.listed], found[s.listed], support)
+    rows.add("edge_support", found[s.listed], support)
     if rows.wants("evidence"):
         seen = _collect_face_evidence(s) == Evidence.MEASURED.value
         evidence = np.full(len(found), Evidence.IMPLIED.value, dtype=np.object_)
         edge, face = s.bounds.T
         evidence[edge[seen[face]]] = Evidence.MEASURED.value
         evidence[s.listed] = [edge.evidence.value for edge in edges]
-        rows.add("evidence", scenes, found, evidence)
+        rows.add("evidence", found, evidence)
     if rows.wants("bounds"):
         edge, face = s.bounds.T
-        rows.add("bounds", scenes[edge], found[edge], s.face_names[face])
+        rows.add("bounds", found[edge], s.face_names[face])
 
 
 def _collect_face_evidence(s: SceneMemo) -> NDArray[np.object_]:
-    found = [face.evidence.value for scene in s.scenes for face in scene.faces]
-    return np.array(found, dtype=np.object_)
+    return np.array([face.evidence.value for face in s.scene.faces], dtype=np.object_)
 
 
-def face_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def face_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add faces, their corners, and the share of them that was seen."""
-    table, found, scenes = s.table, s.face_names, s.table.scene
-    rows.add("face", scenes, found)
-    rows.add("evidence", scenes, found, _collect_face_evidence(s))
+    table, found = s.table, s.face_names
+    rows.add("face", found)
+    rows.add("evidence", found, _collect_face_evidence(s))
     face, place = np.nonzero(table.there)
     corner = s.vertex_names[table.outlines[face, place]]
-    rows.add("corner", scenes[face], found[face], place + 1, corner)
-    coverage = [face.coverage for scene in s.scenes for face in scene.faces]
-    rows.add("coverage", scenes, found, np.array(coverage, dtype=np.float64))
+    rows.add("corner", found[face], place + 1, corner)
+    coverage = [face.coverage for face in s.scene.faces]
+    rows.add("coverage", found, np.array(coverage, dtype=np.float64))
 
 
-def sight_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def sight_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add the places of cameras and scanners, and the share of each face that each view shows."""
-    for nth, scene in enumerate(s.scenes):
-        places = [(f"view{i}", *pose.centre.tolist()) for i, pose in enumerate(scene.poses, 1)]
-        scans = [lines.origin.tolist() for lines in scene.sights if lines.view is None]
-        places += [(f"scan{i}", *origin) for i, origin in enumerate(scans, 1)]
-        rows.add_rows("viewpoint", nth, places)
-        shown, hidden = [], []
-        for i, face in enumerate(scene.faces, 1):
-            for sight in face.sights:
-                about = (f"view{sight.view + 1}", f"f{i}")
-                shown.append((*about, sight.seen, sight.outside))
-                hidden += [(*about, f"f{by + 1}", share) for by, share in sight.hidden]
-        rows.add_rows("shows", nth, shown)
-        rows.add_rows("hides", nth, hidden)
+    scene = s.scene
+    places = [(f"view{i}", *pose.centre.tolist()) for i, pose in enumerate(scene.poses, 1)]
+    scans = [lines.origin.tolist() for lines in scene.sights if lines.view is None]
+    places += [(f"scan{i}", *origin) for i, origin in enumerate(scans, 1)]
+    rows.add_rows("viewpoint", places)
+    shown, hidden = [], []
+    for i, face in enumerate(scene.faces, 1):
+        for sight in face.sights:
+            about = (f"view{sight.view + 1}", f"f{i}")
+            shown.append((*about, sight.seen, sight.outside))
+            hidden += [(*about, f"f{by + 1}", share) for by, share in sight.hidden]
+    rows.add_rows("shows", shown)
+    rows.add_rows("hides", hidden)
 
 
-def plane_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def plane_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add planes of faces and their uncertainty."""
     table, planes, found = s.table, s.table.planes, s.face_names
-    rows.add("plane", table.scene, found, *planes.normals.T, planes.offsets)
+    rows.add("plane", found, *planes.normals.T, planes.offsets)
     levers = np.column_stack([table.middles, np.ones(len(table))])
     offset_sds = np.sqrt(np.maximum(compute_quadratic_forms(levers, planes.covs), 0.0))
-    rows.add("plane_sd", table.scene, found, np.rad2deg(planes.tilt_sds), offset_sds)
+    rows.add("plane_sd", found, np.rad2deg(planes.tilt_sds), offset_sds)
 
 
-def size_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def size_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add areas, lengths, widths and fills of faces."""
     if not len(s.table):
         return
@@ -134,48 +129,47 @@ def size_facts(s: SceneMemo, rows: BlockFacts) -> None:
         ("width", sizes.widths),
         ("fill", sizes.fills),
     ):
-        rows.add(functor, s.table.scene, s.face_names, each.values, each.sds)
+        rows.add(functor, s.face_names, each.values, each.sds)
 
 
 def _of_all_pairs(
-    functor: str, values: tuple[FloatArray, FloatArray], s: SceneMemo, rows: BlockFacts
+    functor: str, values: tuple[FloatArray, FloatArray], s: SceneMemo, rows: CollectedFacts
 ) -> None:
     """Add facts (face, other face, value, sd) of all pairs."""
-    one, two = s.face_names[s.pairs.one], s.face_names[s.pairs.two]
-    rows.add(functor, s.table.scene[s.pairs.one], one, two, *values)
+    rows.add(functor, s.face_names[s.pairs.one], s.face_names[s.pairs.two], *values)
 
 
-def angle_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def angle_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add angles between normals, of all pairs of faces."""
     angles, sds = s.angles
     _of_all_pairs("angle", (np.rad2deg(angles), np.rad2deg(sds)), s, rows)
 
 
-def offset_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def offset_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add signed distances of faces from the planes of others, of all pairs."""
     _of_all_pairs("offset", s.offsets, s, rows)
 
 
-def _add_face_pairs(functor: str, pairs: Indices, s: SceneMemo, rows: BlockFacts) -> None:
+def _add_face_pairs(functor: str, pairs: Indices, s: SceneMemo, rows: CollectedFacts) -> None:
     one, two = pairs.T
-    rows.add_both_ways(functor, s.table.scene[one], s.face_names[one], s.face_names[two])
+    rows.add_both_ways(functor, s.face_names[one], s.face_names[two])
 
 
-def opposite_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def opposite_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add pairs of faces that look away from each other or at each other."""
     if len(s.table):
         found = relations.find_opposite_pairs(s.table, s.pairs, s.angles)
         _add_face_pairs("opposite", found, s, rows)
 
 
-def coplanar_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def coplanar_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add pairs of faces in one plane."""
     found = relations.find_coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)
     one, two = s.pairs.one[found], s.pairs.two[found]
     _add_face_pairs("coplanar", np.column_stack([one, two]), s, rows)
 
 
-def meeting_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def meeting_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add pairs of faces that meet, with the edge where they do."""
     contacts = s.contacts
     if not len(contacts.first):
@@ -188,12 +182,10 @@ def meeting_facts(s: SceneMemo, rows: BlockFacts) -> None:
     edge = first[place[len(s.edges) :]]
     found = np.unique(np.column_stack([contacts.faces, edge]), axis=0)
     one, two, edge = found.T
-    rows.add_both_ways(
-        "adjoins", s.table.scene[one], s.face_names[one], s.face_names[two], s.edge_names[edge]
-    )
+    rows.add_both_ways("adjoins", s.face_names[one], s.face_names[two], s.edge_names[edge])
 
 
-def dihedral_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def dihedral_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add the solid's angles where two faces meet, and whether it is convex or concave there."""
     # Of each pair that run against each other the longest contact, the first of equals.
     bent = s.contacts.take(s.contacts.against)
@@ -205,6 +197,6 @@ def dihedral_facts(s: SceneMemo, rows: BlockFacts) -> None:
     # the solid's angle is what is left of a straight line after the turn
     through, sds = np.rad2deg(np.pi - bent.turn), np.rad2deg(bent.sd)
     one, two = (s.face_names[each] for each in bent.faces.T)
-    rows.add_both_ways("dihedral", s.table.scene[bent.faces[:, 0]], one, two, through, sds)
+    rows.add_both_ways("dihedral", one, two, through, sds)
     for functor, bulges in (("convex", bent.convex), ("concave", bent.concave)):
         _add_face_pairs(functor, bent.faces[bulges], s, rows)

@@ -9,7 +9,7 @@ import shapely
 from facetlog.perception.batch_linalg import dots, project_on_axes
 from facetlog.perception.facts.relations import project_outlines
 from facetlog.perception.flat_faces import make_plane_axes
-from facetlog.perception.ragged import Bools, Indices, find_pairs_in_rows
+from facetlog.perception.ragged import Bools, Indices
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.convex_hulls import find_least_rectangles
@@ -34,10 +34,9 @@ PAIRS_AT_ONCE = 2_000
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Plans:
-    """Faces `index` (l,) that are not upright, and their plans along `axes` (l, 2, 3).
+    """Faces `index` (l,) that are not upright, and their plans along `axes` (2, 3).
 
-    `up` (f, 3) is that of each face's scene, zero where it is not known: there are no plans then.
-    `meeting` (p, 2) are pairs of rows of one scene, both ways round, whose plans' boxes meet.
+    `meeting` (p, 2) are pairs of rows, both ways round, whose plans' boxes meet.
     """
 
     table: FaceTable
@@ -48,22 +47,20 @@ class Plans:
     meeting: Indices
 
     @classmethod
-    def of(cls, table: FaceTable, ups: FloatArray) -> "Plans":
-        """Return the plans of faces, seen along the ups (s, 3) of their scenes."""
-        up = ups[table.scene]
+    def of(cls, table: FaceTable, up: FloatArray) -> "Plans | None":
+        """Return the plans of faces; None where all are upright."""
         rise = np.abs(dots(table.planes.normals, up))
         index = np.flatnonzero((rise > np.sin(UPRIGHT)) & (table.areas > 0.0))
-        # All of a scene along the axes of the first of them.
-        _, first, of = np.unique(table.scene[index], return_index=True, return_inverse=True)
-        axes = make_plane_axes(up[index[first]], table.axes[index[first], 0])[of]
+        if not len(index):
+            return None
+        axes = make_plane_axes(up, table.axes[index[0], 0])
         outlines = project_outlines(table, index, axes)
         seen = outlines.areas > 0.0
-        index, outlines, axes = index[seen], outlines.take(seen), axes[seen]
-        counts = np.bincount(table.scene[index], minlength=len(ups))
-        one, two = find_pairs_in_rows(counts, counts)
+        index, outlines = index[seen], outlines.take(seen)
         low, high = outlines.low, outlines.high
-        meet = ((low[one] <= high[two]) & (low[two] <= high[one])).all(axis=1) & (one != two)
-        return cls(table, up, index, outlines, axes, np.column_stack([one[meet], two[meet]]))
+        meet: Bools = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
+        np.fill_diagonal(meet, val=False)
+        return cls(table, up, index, outlines, axes, np.argwhere(meet))
 
 
 def overlaps(plans: Plans) -> tuple[Indices, Indices, FloatArray]:
@@ -114,7 +111,7 @@ def _find_solid_bottoms(
     to its lowest point. (A table's slab is as deep as its rim, be there legs in the rim's plane; a
     block is as deep as its sides.)
     """
-    bottoms = dots(table.points[table.outlines], up[:, None]).min(axis=1)
+    bottoms = dots(table.points[table.outlines], up).min(axis=1)
     bent = contacts.take(contacts.against)
     upward = senses[bent.faces] > 0
     roofs = np.array(
@@ -126,7 +123,7 @@ def _find_solid_bottoms(
     side = np.where(upward[rim, 0], bent.faces[rim, 1], bent.faces[rim, 0])
     depths = bottoms.copy()
     for face in np.unique(side[~table.convex[side]]).tolist():
-        depths[face] = max(bottoms[face], _find_usual_bottom(table, face, up[face]))
+        depths[face] = max(bottoms[face], _find_usual_bottom(table, face, up))
     sides, own = np.full(len(table), -np.inf), np.full(len(table), np.inf)
     np.maximum.at(sides, roofs[roof], depths[side])
     np.minimum.at(own, roofs, bottoms)
@@ -166,7 +163,7 @@ class _Rays:
     def of_rows(cls, plans: Plans, rows: slice, where: FloatArray) -> "_Rays":
         """Return the rays from some of the plans, which are at `where` (r, q, 2)."""
         table, up, index = plans.table, plans.up, plans.index
-        normals, middles, up = table.planes.normals[index], table.middles[index], up[index]
+        normals, middles = table.planes.normals[index], table.middles[index]
         # The plane of a face has the height base + slopes · x over the plan.
         slopes = -project_on_axes(normals[:, None], plans.axes)[:, 0] / dots(normals, up)[:, None]
         base = dots(middles, up) - dots(slopes, project_on_axes(middles[:, None], plans.axes)[:, 0])
@@ -208,17 +205,17 @@ def clear_below(
     """
     table, index = plans.table, plans.index
     where, inside = _make_ray_grids(plans.outlines)
-    finest = table.tolerance.finest[table.scene]
+    finest = table.tolerance.finest
     solid = _find_solid_bottoms(table, contacts, senses, plans.up)
     heights = np.zeros(len(index))
     pairs = np.bincount(plans.meeting[:, 0], minlength=len(index))
     for rows in _iter_portions(pairs):
         rays = _Rays.of_rows(plans, rows, where[rows])
         own = index[rows]
-        free = _find_free_below(rays, senses[index], senses[own], solid[own], finest[own])
+        free = _find_free_below(rays, senses[index], senses[own], solid[own], finest)
         floor = np.maximum(free[1], ground[own, None])
         clear = np.where(inside[rows], np.maximum(free[0] - floor, 0.0), np.inf)
-        standing = inside[rows] & (free[0] - ground[own, None] <= finest[own, None])
+        standing = inside[rows] & (free[0] - ground[own, None] <= finest)
         carried = standing.sum(axis=1) <= STANDING * inside[rows].sum(axis=1)
         clear = np.where(standing, np.where(carried[:, None], np.inf, 0.0), clear)
         # Four in five are at least as long as the one that stands a fifth of the way up.
@@ -244,14 +241,13 @@ def _iter_portions(pairs: Indices) -> Iterator[slice]:
 
 
 def _find_free_below(
-    rays: _Rays, senses: Indices, own: Indices, solid: FloatArray, resolution: FloatArray
+    rays: _Rays, senses: Indices, own: Indices, solid: FloatArray, resolution: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return heights (r, q) from which rays are free, and at which they next meet a face, or -inf.
 
     `senses` (l,) are those of all faces, `own` (r,) of the rays' own; `solid` (r,) is how far down
-    the solid under these is seen to reach; what is within `resolution` (r,) is one height.
+    the solid under these is seen to reach; what is within `resolution` is one height.
     """
-    resolution = resolution[:, None]
     upward, every = own[:, None] > 0, np.ones(len(senses), dtype=np.bool_)
     limit = rays.start - resolution
     first = rays.find_highest_below(limit, every)

@@ -11,7 +11,6 @@ from facetlog.perception.flat_faces import cross, make_plane_axes
 from facetlog.perception.ragged import (
     Indices,
     find_entries_of_rows,
-    find_pairs_in_rows,
     find_row_starts,
     sum_rows,
 )
@@ -116,27 +115,20 @@ LEAST_FACING = 0.01
 class FacePairs:
     """Every two faces `one` and `two` (p,) of a scene, in either order, by the first.
 
-    `other` (p,) is the place of the pair in the other order. Scenes have `counts` (s,) pairs.
+    `other` (p,) is the place of the pair in the other order.
     """
 
     one: Indices
     two: Indices
     other: Indices
-    counts: Indices
 
     @classmethod
     def of(cls, table: FaceTable) -> "FacePairs":
-        """Return the pairs of all scenes of a table."""
-        faces = table.face_counts
-        one, two = find_pairs_in_rows(faces, faces)
-        apart = one != two
-        one, two = one[apart], two[apart]
-        counts = faces * (faces - 1)
-        # A face has a pair with each of the others of its scene, in their order.
-        start = find_row_starts((faces - 1)[table.scene])
-        first = find_row_starts(faces)[table.scene]
-        other = start[two] + one - first[two] - (one > two)
-        return cls(one, two, other, counts)
+        """Return the pairs of all faces of a table."""
+        faces = len(table)
+        one, two = np.nonzero(~np.eye(faces, dtype=np.bool_))
+        # A face has a pair with each of the others, in their order.
+        return cls(one, two, two * (faces - 1) + one - (one > two))
 
     @cached_property
     def ascending(self) -> Indices:
@@ -177,7 +169,7 @@ def find_coplanar_pairs(
     """
     off = np.minimum(angles[0], np.pi - angles[0])
     flat = off <= np.minimum(SDS * angles[1], VAGUE) + ANGLE_RESOLUTION
-    near = np.abs(distances[0]) <= table.tolerance.within(distances[1], table.scene[pairs.one])
+    near = np.abs(distances[0]) <= table.tolerance.within(distances[1])
     rows = pairs.ascending
     return rows[(flat & near & near[pairs.other])[rows]]
 

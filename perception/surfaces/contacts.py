@@ -1,6 +1,5 @@
 """Where faces meet: sides that run along each other, and corners that lie on another face."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -8,7 +7,7 @@ import shapely
 
 from facetlog.perception.batch_linalg import compute_quadratic_forms, dots
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.ragged import Bools, Indices, find_row_starts
+from facetlog.perception.ragged import Bools, Indices
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import measure_loop_distances
 from facetlog.perception.surfaces.plane_table import PlaneTable
@@ -16,7 +15,6 @@ from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
 
 __all__ = [
-    "Segments",
     "SideContacts",
     "Touches",
     "find_edges_along_sides",
@@ -29,8 +27,6 @@ __all__ = [
 LEAST_OVERLAP = 0.2
 
 Boxes = tuple[FloatArray, FloatArray]
-
-NONE = np.zeros(0, dtype=np.intp)
 
 FEW_PAIRS = 250_000
 """Up to so many pairs of boxes numpy compares all sooner than a tree is made (measured)."""
@@ -122,41 +118,17 @@ def along(
     return high - low, gap, cosine
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Segments:
-    """Segments (n, 2, 3), scene by scene, `counts` (s,) of them each; each with its slack (n,)."""
-
-    ends: FloatArray
-    slack: FloatArray
-    counts: Indices
-
-    def boxes(self) -> Iterator[Boxes]:
-        """Return the boxes round the segments of each scene, widened by the slack: lows and
-        highs.
-        """
-        slack = self.slack[:, None]
-        first, second = self.ends[:, 0], self.ends[:, 1]
-        low, high = np.minimum(first, second) - slack, np.maximum(first, second) + slack
-        cuts = np.cumsum(self.counts)[:-1]
-        return zip(np.split(low, cuts), np.split(high, cuts), strict=True)
-
-
-def find_near_segments(first: Segments, second: Segments) -> tuple[Indices, Indices]:
-    """Return pairs of segments of one scene whose boxes meet, by the first."""
-    found = [
-        _find_meeting_boxes(*boxes) for boxes in zip(first.boxes(), second.boxes(), strict=True)
-    ]
-    begins = zip(
-        find_row_starts(first.counts).tolist(), find_row_starts(second.counts).tolist(), strict=True
-    )
-    moved = [(one + a, two + b) for (one, two), (a, b) in zip(found, begins, strict=True)]
+def _make_boxes(ends: FloatArray, slack: FloatArray) -> Boxes:
+    """Return the boxes round segments (n, 2, 3), widened by the slack (n,): lows and highs."""
+    first, second = ends[:, 0], ends[:, 1]
     return (
-        np.concatenate([NONE, *(one for one, _ in moved)]),
-        np.concatenate([NONE, *(two for _, two in moved)]),
+        np.minimum(first, second) - slack[:, None],
+        np.maximum(first, second) + slack[:, None],
     )
 
 
 def _find_meeting_boxes(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
+    """Return pairs of boxes that meet, by the first."""
     (low1, high1), (low2, high2) = first, second
     if len(low1) * len(low2) <= FEW_PAIRS:
         meet = np.ones((len(low1), len(low2)), dtype=np.bool_)
@@ -182,9 +154,9 @@ def find_side_contacts(table: FaceTable) -> SideContacts:
     """
     ends, owner, tolerance = table.sides.ends, table.sides.face, table.tolerance
     segments = table.points[ends]
-    sds, scene = tolerance.vertex_sds[ends].max(axis=1), table.scene[owner]
-    boxed = Segments(segments, tolerance.within(sds, scene), table.side_counts)
-    one, two = find_near_segments(boxed, boxed)
+    sds = tolerance.vertex_sds[ends].max(axis=1)
+    boxes = _make_boxes(segments, tolerance.within(sds))
+    one, two = _find_meeting_boxes(boxes, boxes)
     keep = owner[one] < owner[two]
     one, two = one[keep], two[keep]
     overlap, gap, cosine = along(
@@ -192,7 +164,7 @@ def find_side_contacts(table: FaceTable) -> SideContacts:
     )
     spans = segments[:, 1] - segments[:, 0]
     size = _lengths(spans)
-    limit = tolerance.within(np.hypot(sds[one], sds[two]), scene[one])
+    limit = tolerance.within(np.hypot(sds[one], sds[two]))
     least = np.minimum(size[one], size[two])
     same = _have_same_ends(ends[one], ends[two])
     meets = same | ((gap <= limit) & (overlap >= LEAST_OVERLAP * least) & (overlap > 2.0 * limit))
@@ -217,25 +189,22 @@ def _have_same_ends(one: Indices, two: Indices) -> Bools:
     return same
 
 
-def find_edges_along_sides(table: FaceTable, edges: Indices, counts: Indices) -> Indices:
+def find_edges_along_sides(table: FaceTable, edges: Indices) -> Indices:
     """Return (edge, face) (b, 2), ascending, wherever an edge (e, 2) is or lies along a side, by 3
     sd.
-
-    The scenes (s,) have `counts` of the edges each.
     """
     points, ends, tolerance = table.points, table.sides.ends, table.tolerance
     sds = tolerance.vertex_sds[edges].max(axis=1)
     side_sds = tolerance.vertex_sds[ends].max(axis=1)
-    scene, side_scene = np.repeat(np.arange(len(counts)), counts), table.scene[table.sides.face]
-    one, two = find_near_segments(
-        Segments(points[edges], tolerance.within(sds, scene), counts),
-        Segments(points[ends], tolerance.within(side_sds, side_scene), table.side_counts),
+    one, two = _find_meeting_boxes(
+        _make_boxes(points[edges], tolerance.within(sds)),
+        _make_boxes(points[ends], tolerance.within(side_sds)),
     )
     overlap, gap, _ = along(
         (points[edges[one, 0]], points[edges[one, 1]]), (points[ends[two, 0]], points[ends[two, 1]])
     )
     size = _lengths(points[edges[:, 1]] - points[edges[:, 0]])[one]
-    limit = tolerance.within(np.hypot(sds[one], side_sds[two]), scene[one])
+    limit = tolerance.within(np.hypot(sds[one], side_sds[two]))
     lies = (gap <= limit) & (overlap >= size - 2.0 * limit) & (overlap > 2.0 * limit)
     lies |= _have_same_ends(edges[one], ends[two])
     count = max(len(table), 1)
@@ -261,7 +230,7 @@ def touches(table: FaceTable, vertices: Indices, faces: Indices) -> Touches:
     """
     spokes = table.points[vertices] - table.middles[faces]
     flat = (table.axes[faces] @ spokes[:, :, None])[:, :, 0]
-    slack = table.tolerance.within(table.tolerance.vertex_sds[vertices], table.scene[faces])
+    slack = table.tolerance.within(table.tolerance.vertex_sds[vertices])
     low, high = table.flat.min(axis=1), table.flat.max(axis=1)
     within = (flat >= low[faces] - slack[:, None]) & (flat <= high[faces] + slack[:, None])
     inside = within[:, 0] & within[:, 1]

@@ -43,12 +43,12 @@ class Hulls:
         flat: FloatArray,
         there: Bools,
         loops: Bools | None = None,
-        slack: FloatArray | None = None,
+        slack: float | None = None,
     ) -> None:
         """Find the hulls of the points (r, k, 2) that are `there` (r, k), one at least in each row.
 
         What is there of `loops` (r,), if they are given, comes first and is a convex loop already.
-        Corners no further than `slack` (r,) from the line between their neighbours are left out, so
+        Corners no further than `slack` from the line between their neighbours are left out, so
         that rounding decides nothing where points repeat or stand in a row.
         """
         self.sizes = there.sum(axis=1)
@@ -72,10 +72,10 @@ class Hulls:
         if slack is not None:
             self._straighten(self.of(flat), slack)
 
-    def _straighten(self, corners: FloatArray, slack: FloatArray) -> None:
+    def _straighten(self, corners: FloatArray, slack: float) -> None:
         """Leave out what is nearer than `slack` to the line between its neighbours."""
         for row in np.flatnonzero(~_sharp(corners, self.sizes, slack)).tolist():
-            kept = _find_sharp_corners(corners[row, : self.sizes[row]].tolist(), float(slack[row]))
+            kept = _find_sharp_corners(corners[row, : self.sizes[row]].tolist(), slack)
             own = self.places[row, kept]
             self.sizes[row] = len(own)
             self.places[row] = own[-1]
@@ -155,11 +155,11 @@ def _chain(points: Sequence[Point]) -> list[int]:
     return [place for _, _, place in kept]
 
 
-def _sharp(loops: FloatArray, sizes: Indices, slack: FloatArray) -> Bools:
-    """Return which loops (r, k, 2) have no corner within `slack` (r,) of the line of its
+def _sharp(loops: FloatArray, sizes: Indices, slack: float) -> Bools:
+    """Return which loops (r, k, 2) have no corner within `slack` of the line of its
     neighbours.
     """
-    rows, slack = np.arange(len(loops))[:, None], slack[:, None]
+    rows = np.arange(len(loops))[:, None]
     after = following(sizes, loops.shape[1])
     second = after[rows, after]
     here, chord = loops[rows, after] - loops, loops[rows, second] - loops

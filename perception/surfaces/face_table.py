@@ -1,10 +1,7 @@
-"""All faces of some scenes as arrays: what most facts are worked out from, for all at once.
+"""All faces of a scene as arrays: what most facts are worked out from, for all at once.
 
 Corners, sides and members of the faces stand end to end, face by face; `row_table` and `sum_rows`
 put them in rows. Areas, middles and their derivatives are those of polygons in the faces' planes.
-
-A call of numpy takes longer than the arithmetic of a scene: so the scenes of a block share a table,
-one after the other. No number of a face depends on which others there are, to the last bit.
 """
 
 from collections.abc import Sequence
@@ -28,7 +25,7 @@ from facetlog.perception.ragged import (
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.outline_overlap import find_convex_loops, make_valid_polygons
 from facetlog.perception.surfaces.plane_table import PlaneTable
-from facetlog.perception.surfaces.tolerance import Tolerances
+from facetlog.perception.surfaces.tolerance import Tolerance
 from facetlog.perception.types import FloatArray
 
 __all__ = ["FaceTable", "Members", "Sides", "flat_faces"]
@@ -68,22 +65,17 @@ class Members:
 
 @dataclass(frozen=True, eq=False)
 class FaceTable:
-    """The vertices (n,) and flat faces (f,) of the scenes (s,) of a block, scene by scene.
+    """The vertices (n,) and flat faces (f,) of a scene.
 
-    Scenes have `vertex_counts` (s,) vertices and `face_counts` (s,) faces; `scene` (f,) is each
-    face's. `points` (n, 3) and `covs` (n, 3, 3) are the vertices'. `outlines` (f, k) are vertices,
-    where `there` (f, k); `flat` (f, k, 2) their coordinates from `middles` (f, 3) along `axes`
+    `points` (n, 3) and `covs` (n, 3, 3) are the vertices'. `outlines` (f, k) are vertices, where
+    `there` (f, k); `flat` (f, k, 2) their coordinates from `middles` (f, 3) along `axes`
     (f, 2, 3), as are `corners` (c, 2) of all rings, and `polygons` (f,). `convex` (f,) are faces
     without holes whose outline turns left at every corner.
     """
 
-    vertex_counts: Indices
-    face_counts: Indices
-    scene: Indices
-
     points: FloatArray
     covs: FloatArray
-    tolerance: Tolerances
+    tolerance: Tolerance
     planes: PlaneTable
     sides: Sides
     members: Members
@@ -97,15 +89,12 @@ class FaceTable:
     corners: FloatArray
 
     @classmethod
-    def of(cls, *scenes: Scene) -> "FaceTable":
-        """Return the faces of some scenes, in order."""
-        vertices = [vertex for scene in scenes for vertex in scene.vertices]
-        points = stacked([v.point for v in vertices], 3)
-        covs = stacked([v.cov for v in vertices], 3, 3)
-        vertex_counts = np.array([len(scene.vertices) for scene in scenes], dtype=np.intp)
-        face_counts = np.array([len(scene.faces) for scene in scenes], dtype=np.intp)
-        planes = PlaneTable.of(*scenes)
-        sides = _sides(scenes, vertex_counts, points, planes)
+    def of(cls, scene: Scene) -> "FaceTable":
+        """Return the faces of a scene, in order."""
+        points = stacked([v.point for v in scene.vertices], 3)
+        covs = stacked([v.cov for v in scene.vertices], 3, 3)
+        planes = PlaneTable.of(scene)
+        sides = _sides(scene, points, planes)
         normals, count = planes.normals, len(planes.offsets)
         corner, face = sides.ends[:, 0], sides.face
         place, there = _find_outline_places(sides, count)
@@ -152,12 +141,9 @@ class FaceTable:
         members = Members(vertex, owner, counts, own_slope, in_space)
         areas = np.maximum(areas, 0.0)
         return cls(
-            vertex_counts,
-            face_counts,
-            np.repeat(np.arange(len(scenes)), face_counts),
             points,
             covs,
-            Tolerances.of_scenes(scenes, points, covs),
+            Tolerance.of(scene, points, covs),
             planes,
             sides,
             members,
@@ -173,11 +159,6 @@ class FaceTable:
 
     def __len__(self) -> int:
         return len(self.areas)
-
-    @property
-    def side_counts(self) -> Indices:
-        """Number of sides (s,) of each scene's faces."""
-        return np.bincount(self.scene[self.sides.face], minlength=len(self.face_counts))
 
     @property
     def sizes(self) -> Indices:
@@ -243,14 +224,11 @@ def _neighbours(lengths: Indices) -> tuple[Indices, Indices]:
     return before, after
 
 
-def _sides(
-    scenes: Sequence[Scene], vertices: Indices, points: FloatArray, planes: PlaneTable
-) -> Sides:
+def _sides(scene: Scene, points: FloatArray, planes: PlaneTable) -> Sides:
     """Return the sides of all rings of three corners and more, turned as they should run."""
-    faces = chain.from_iterable(scene.faces for scene in scenes)
     rings = [
         (nth, ring, inner > 0)
-        for nth, face in enumerate(faces)
+        for nth, face in enumerate(scene.faces)
         for inner, ring in enumerate((face.outline, *face.holes))
         if len(ring) > 2
     ]
@@ -260,8 +238,6 @@ def _sides(
     corner = np.fromiter(
         chain.from_iterable(ring for _, ring, _ in rings), np.intp, int(lengths.sum())
     )
-    first = np.repeat(find_row_starts(vertices), [len(scene.faces) for scene in scenes])
-    corner += np.repeat(first[owner], lengths)
     _, after = _neighbours(lengths)
     starts = find_row_starts(lengths)
     spokes = points[corner] - np.repeat(points[corner[starts]], lengths, axis=0)

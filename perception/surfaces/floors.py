@@ -38,48 +38,40 @@ def measure_above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
 
 
 def find_floor_heights(
-    scenes: Sequence[Scene],
-    table: FaceTable,
-    owners: Indices,
-    members: Sequence[Indices],
-    of_scene: Indices,
+    scene: Scene, table: FaceTable, owners: Indices, members: Sequence[Indices]
 ) -> FloatArray:
     """Return the height (t,) of the ground under the lowest of each thing's vertices `members`,
     along up.
 
     Infinite where the ground is not known or another thing reaches beneath. `owners` (f,) are the
-    things of all faces, -1 for none; `of_scene` (t,) are the scenes of the things.
+    things of all faces, -1 for none.
     """
     floors = np.full(len(members), np.inf)
-    for nth, scene in enumerate(scenes):
-        if scene.up is None:
+    if scene.up is None:
+        return floors
+    above = measure_above_ground(scene, table.points)
+    axes = make_plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
+    heights, flat = table.points @ scene.up, table.points @ axes.T
+    level = np.flatnonzero(table.planes.normals @ scene.up > LEVEL_ENOUGH)
+    outlines = [table.outlines[i, table.there[i]] for i in level.tolist()]
+    plans = [shapely.convex_hull(shapely.MultiPoint(flat[outline])) for outline in outlines]
+    middles = table.middles[level] @ scene.up
+    # faces of no thing are the floor that they stand on
+    floor = owners[level] < 0
+    for thing, own in enumerate(members):
+        if not len(own):
             continue
-        above = measure_above_ground(scene, table.points)
-        axes = make_plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
-        heights, flat = table.points @ scene.up, table.points @ axes.T
-        level = np.flatnonzero(
-            (table.scene == nth) & (table.planes.normals @ scene.up > LEVEL_ENOUGH)
-        )
-        outlines = [table.outlines[i, table.there[i]] for i in level.tolist()]
-        plans = [shapely.convex_hull(shapely.MultiPoint(flat[outline])) for outline in outlines]
-        middles = table.middles[level] @ scene.up
-        # faces of no thing are the floor that they stand on
-        floor = owners[level] < 0
-        for thing in np.flatnonzero(of_scene == nth).tolist():
-            own = members[thing]
-            if not len(own):
-                continue
-            lowest = own[int(np.argmin(heights[own]))]
-            others = (owners[level] != thing) & ~floor & (middles < heights[lowest])
-            plan = shapely.convex_hull(shapely.MultiPoint(flat[own]))
-            if any(plan.intersects(plans[i]) for i in np.flatnonzero(others)):
-                continue
-            if above is not None:
-                floors[thing] = heights[lowest] - above[lowest]
-                continue
-            beneath = [level[i] for i in np.flatnonzero(floor) if plan.intersects(plans[i])]
-            rises = [_measure_vertex_rise(table, face, lowest, scene.up) for face in beneath]
-            floors[thing] = heights[lowest] - min((r for r in rises if r > 0.0), default=-np.inf)
+        lowest = own[int(np.argmin(heights[own]))]
+        others = (owners[level] != thing) & ~floor & (middles < heights[lowest])
+        plan = shapely.convex_hull(shapely.MultiPoint(flat[own]))
+        if any(plan.intersects(plans[i]) for i in np.flatnonzero(others)):
+            continue
+        if above is not None:
+            floors[thing] = heights[lowest] - above[lowest]
+            continue
+        beneath = [level[i] for i in np.flatnonzero(floor) if plan.intersects(plans[i])]
+        rises = [_measure_vertex_rise(table, face, lowest, scene.up) for face in beneath]
+        floors[thing] = heights[lowest] - min((r for r in rises if r > 0.0), default=-np.inf)
     return floors
 
 

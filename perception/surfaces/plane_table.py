@@ -1,4 +1,4 @@
-"""The planes of all faces of some scenes as arrays: heights over them, and how sure they are."""
+"""The planes of all faces of a scene as arrays: heights over them, and how sure they are."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,9 +22,9 @@ class PlaneTable:
     covs: FloatArray
 
     @classmethod
-    def of(cls, *scenes: Scene) -> "PlaneTable":
-        """Return the planes of the scenes' faces, in order."""
-        planes = [face.plane for scene in scenes for face in scene.faces]
+    def of(cls, scene: Scene) -> "PlaneTable":
+        """Return the planes of the scene's faces, in order."""
+        planes = [face.plane for face in scene.faces]
         return cls(
             stacked([p.normal for p in planes], 3),
             np.array([p.offset for p in planes], dtype=np.float64),

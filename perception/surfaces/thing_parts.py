@@ -17,7 +17,6 @@ from facetlog.perception.batch_linalg import dots
 from facetlog.perception.ragged import (
     Bools,
     Indices,
-    find_pairs_in_rows,
     find_row_starts,
     row_table,
 )
@@ -85,13 +84,8 @@ class Parts:
         points, tolerance = self.table.points, self.table.tolerance
         if not len(self.loose):
             return NONE, NONE
-        scenes = len(self.table.face_counts)
-        loose_scene = tolerance.scene[self.loose[:, 0]]
-        row, edge = find_pairs_in_rows(
-            np.bincount(tolerance.scene[self.used], minlength=scenes),
-            np.bincount(loose_scene, minlength=scenes),
-        )
-        vertex, both = self.used[row], self.loose[edge]
+        edge = np.tile(np.arange(len(self.loose)), len(self.used))
+        vertex, both = np.repeat(self.used, len(self.loose)), self.loose[edge]
         start = points[both[:, 0]]
         span, beside = points[both[:, 1]] - start, points[vertex] - start
         square = np.maximum(dots(span, span), 1e-300)
@@ -99,8 +93,9 @@ class Parts:
         away = beside - t[:, None] * span
         sds = tolerance.vertex_sds
         slack = np.hypot(sds[vertex], sds[both].max(axis=1))
-        limit = tolerance.within(slack, loose_scene[edge])
-        on = (np.sqrt(dots(away, away)) <= limit) & (vertex[:, None] != both).all(axis=1)
+        on = (np.sqrt(dots(away, away)) <= tolerance.within(slack)) & (vertex[:, None] != both).all(
+            axis=1
+        )
         return vertex[on], len(self.table) + edge[on]
 
 
@@ -212,10 +207,9 @@ class Stance:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Heights:
-    """Used vertices over planes of faces of their scenes: pair (p,) is of `vertex` and `face`.
+    """Used vertices over planes of all faces: pair (p,) is of `vertex` and `face`.
 
-    `begin` (n,) is where the pairs of each vertex of a scene begin, less its scene's first face.
-    Scenes of one core have none.
+    `begin` (n,) is where the pairs of each vertex begin.
     """
 
     vertex: Indices
@@ -225,27 +219,14 @@ class _Heights:
     limit: FloatArray
 
     @classmethod
-    def of(cls, cores: Cores) -> "_Heights":
-        parts = cores.parts
-        table, tolerance, used = parts.table, parts.table.tolerance, parts.used
-        faces = table.face_counts
-        first = find_row_starts(faces)
-        several = np.zeros(len(faces), dtype=np.bool_)
-        of_face = cores.of[: len(table)]
-        several[table.scene[of_face != of_face[first[table.scene]]]] = True
-        loose = tolerance.scene[parts.loose[:, 0]]
-        some = faces[loose] > 0
-        several[loose[some]] |= (cores.of[len(table) :] != of_face[first[loose] % len(table)])[some]
-        scene = tolerance.scene[used]
-        used, scene = used[several[scene]], scene[several[scene]]
-        counts = faces[scene]
+    def of(cls, parts: Parts) -> "_Heights":
+        table, used = parts.table, parts.used
         begin = np.zeros(len(table.points), dtype=np.intp)
-        begin[used] = find_row_starts(counts) - first[scene]
-        row = np.repeat(np.arange(len(used)), counts)
-        vertex = used[row]
-        face = np.arange(len(row)) - begin[vertex]
+        begin[used] = np.arange(len(used)) * len(table)
+        vertex = np.repeat(used, len(table))
+        face = np.tile(np.arange(len(table)), len(used))
         gap, sds = table.planes.heights(face, vertex, table.points, table.covs)
-        return cls(vertex, face, begin, gap, tolerance.within(sds, table.scene[face]))
+        return cls(vertex, face, begin, gap, table.tolerance.within(sds))
 
     def near(self) -> tuple[Indices, Indices]:
         """Return vertices (v,) and the faces (v,) at whose planes they are."""
@@ -261,7 +242,7 @@ def find_stances(cores: Cores) -> dict[tuple[int, int], Stance]:
     parts = cores.parts
     table, planes = parts.table, parts.table.planes
     count = len(table)
-    heights = _Heights.of(cores)
+    heights = _Heights.of(parts)
     place, there = row_table(parts.counts)
     vertices = parts.vertex[place]
     for met in _meetings(cores, heights.near()):

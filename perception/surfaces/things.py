@@ -16,11 +16,10 @@ a sheet. Then cores join where they touch, unless one merely stands on a face of
 - Nothing stands on a face that looks down; what touches it hangs there.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facetlog.perception.attached_edges import (
     find_risen_segments,
@@ -28,8 +27,8 @@ from facetlog.perception.attached_edges import (
     is_hung_behind,
 )
 from facetlog.perception.batch_linalg import dots
-from facetlog.perception.ragged import Indices, find_row_starts
-from facetlog.perception.scene import Body, Scene
+from facetlog.perception.ragged import Indices
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.face_table import FaceTable
@@ -51,15 +50,13 @@ LEVEL_ENOUGH = 0.5
 class Thing:
     """Faces, loose edges and patches that are judged as one object.
 
-    Faces and edges are indices into all that the scenes of a block have, patches into those of the
-    thing's own `scene`. `whole` is its body's.
+    They are indices into what the scene has. `whole` is its body's.
     """
 
     faces: tuple[int, ...]
     edges: tuple[int, ...]
     patches: tuple[int, ...] = ()
     whole: bool = False
-    scene: int = 0
 
 
 def _extends_beyond_contact(outline: FloatArray, span: FloatArray) -> bool:
@@ -81,42 +78,39 @@ def _find_longest_difference(points: FloatArray) -> FloatArray:
     return longest
 
 
-def _iter_attached_edge_pairs(cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
+def _iter_attached_edge_pairs(cores: Cores, up: FloatArray) -> Iterator[tuple[int, int]]:
     """Return pairs of cores: loose edges that stand behind a face within its outline, near enough,
-    or rise from its rim. `ups` (s, 3) are the scenes', zero where up is not known.
+    or rise from its rim. `up` (3,) is zero where it is not known.
     """
     parts, table = cores.parts, cores.parts.table
     if not len(parts.loose):
         return
-    scene = table.tolerance.scene[parts.loose[:, 0]]
-    for face in np.flatnonzero((table.areas > 0.0) & np.isin(table.scene, scene)).tolist():
-        own = scene == table.scene[face]
+    edges = table.points[parts.loose]
+    for face in np.flatnonzero(table.areas > 0.0).tolist():
         outline = table.points[table.outlines[face, table.there[face]]]
-        edges, normal = table.points[parts.loose[own]], table.planes.normals[face]
+        normal = table.planes.normals[face]
         joined = find_segments_behind(edges, outline, normal)
-        joined |= find_risen_segments(edges, outline, normal, ups[table.scene[face]])
+        joined |= find_risen_segments(edges, outline, normal, up)
         other = int(cores.of[face])
-        for core in cores.of[len(table) :][own][joined].tolist():
+        for core in cores.of[len(table) :][joined].tolist():
             if core != other:
                 yield min(core, other), max(core, other)
 
 
-def _iter_pairs_under_tops(cores: Cores, pictured: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+def _iter_pairs_under_tops(cores: Cores) -> Iterator[tuple[int, int]]:
     """Return pairs of cores: an upward face, and an upright one that stands beneath it within its
     outline and begins as near behind it as boards are thick. What has a top of its own is another
     thing.
-
-    `pictured` (s,) are scenes of pictures.
     """
     parts, table = cores.parts, cores.parts.table
     of = cores.of[: len(table)]
-    usable = pictured[table.scene] & (table.areas > 0.0)
+    usable = table.areas > 0.0
     tops = usable & (parts.rise > LEVEL_ENOUGH)
     uprights = usable & ~np.isin(of, of[tops]) & (np.abs(parts.rise) < LEVEL_ENOUGH)
     sides = table.points[table.sides.ends]
     for top in np.flatnonzero(tops).tolist():
         outline = table.points[table.outlines[top, table.there[top]]]
-        for side in np.flatnonzero(uprights & (table.scene == table.scene[top])).tolist():
+        for side in np.flatnonzero(uprights).tolist():
             own = sides[table.sides.face == side]
             if is_hung_behind(own, outline, table.planes.normals[top]):
                 yield min(int(of[top]), int(of[side])), max(int(of[top]), int(of[side]))
@@ -153,30 +147,28 @@ def _is_turned(cores: Cores, core: int, face: int) -> bool:
 
 
 def find_things(
-    scenes: Sequence[Scene],
-    table: FaceTable,
-    contacts: SideContacts,
-    edges: tuple[Indices, Indices],
-    loose: Indices,
+    scene: Scene, table: FaceTable, contacts: SideContacts, edges: Indices, loose: Indices
 ) -> tuple[Thing, ...]:
-    """Return the bodies of scenes that tell them apart, of others their things by their first
+    """Return the bodies of a scene that tells them apart, of another its things by their first
     faces.
 
-    `edges` are vertices (e, 2) and how many of them each scene has (s,); `loose` (l,) are those
-    that bound no face, ascending. What of these joins no face belongs to no thing.
+    `edges` (e, 2) are vertices, `loose` (l,) edges that bound no face, ascending. What of these
+    joins no face belongs to no thing.
     """
-    ends, counts = edges
-    bodies = [scene.bodies for scene in scenes]
-    told = list(_told(bodies, find_row_starts(table.face_counts), find_row_starts(counts), loose))
-    if all(bodies) or not len(table):
-        return tuple(told)
-    unknown = np.zeros(3)
-    ups = np.array([unknown if scene.up is None else scene.up for scene in scenes])
-    rise = dots(table.planes.normals, ups[table.scene])
-    parts = Parts.of(table, rise, ends[loose])
+    if scene.bodies:
+        known = set(loose.tolist())
+        return tuple(
+            Thing(body.faces, tuple(i for i in body.edges if i in known), body.patches, body.whole)
+            for body in scene.bodies
+        )
+    if not len(table):
+        return ()
+    up = np.zeros(3) if scene.up is None else scene.up
+    parts = Parts.of(table, dots(table.planes.normals, up), edges[loose])
     cores = Cores.among(parts, contacts)
-    met = set(_iter_attached_edge_pairs(cores, ups))
-    met |= set(_iter_pairs_under_tops(cores, np.array([bool(scene.views) for scene in scenes])))
+    met = set(_iter_attached_edge_pairs(cores, up))
+    if scene.views:
+        met |= set(_iter_pairs_under_tops(cores))
     # What is so placed is no support, whatever else of it meets: a leg's slanted side touches its
     # seat at a corner, from which the seat reaches on.
     joined = met.copy()
@@ -195,21 +187,4 @@ def find_things(
             own_faces.append(part)
         else:
             own_edges.append(int(loose[part - len(table)]))
-    of = table.scene.tolist()
-    found = (Thing(tuple(f), tuple(e), scene=of[f[0]]) for f, e in things.values() if f)
-    return tuple(
-        sorted((*told, *(t for t in found if not bodies[t.scene])), key=lambda thing: thing.scene)
-    )
-
-
-def _told(
-    bodies: Sequence[tuple[Body, ...]], first_face: Indices, first_edge: Indices, loose: Indices
-) -> Iterator[Thing]:
-    """Return the bodies that scenes tell apart as things."""
-    known = set(loose.tolist())
-    begins = zip(first_face.tolist(), first_edge.tolist(), strict=True)
-    for scene, (own, (face, edge)) in enumerate(zip(bodies, begins, strict=True)):
-        for body in own:
-            edges = tuple(edge + i for i in body.edges if edge + i in known)
-            faces = tuple(face + i for i in body.faces)
-            yield Thing(faces, edges, body.patches, body.whole, scene)
+    return tuple(Thing(tuple(f), tuple(e)) for f, e in things.values() if f)

@@ -1,17 +1,15 @@
-""" "Within 3 sd": how far apart two places may be and still count as one, for scenes of a block."""
+""" "Within 3 sd": how far apart two places may be and still count as one."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from facetlog.perception.ragged import Indices, find_row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ANGLE_RESOLUTION", "SDS", "Tolerance", "Tolerances"]
+__all__ = ["ANGLE_RESOLUTION", "SDS", "Tolerance"]
 
 # 99.7 % of a normal distribution.
 SDS = 3.0
@@ -32,6 +30,17 @@ class Tolerance:
     finest: float
     widest: float
 
+    @classmethod
+    def of(cls, scene: Scene, points: FloatArray, covs: FloatArray) -> "Tolerance":
+        """Return the tolerance of a scene's vertices (n, 3) of covariances (n, 3, 3), in proportion
+        to the diagonal of its largest object, or of all where none is known.
+        """
+        sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
+        parts = [points[_find_body_vertices(scene, body)] for body in scene.bodies] or [points]
+        diagonals = [float(np.linalg.norm(np.ptp(part, axis=0))) for part in parts if len(part)]
+        diagonal = max(diagonals, default=0.0)
+        return cls(sds, LENGTH_RESOLUTION * diagonal, WIDEST * diagonal)
+
     def within(self, sds: ArrayLike) -> FloatArray:
         """Return the tolerance: three of each sd, not below rounding and not above the widest.
 
@@ -39,49 +48,6 @@ class Tolerance:
         array([0.001, 0.007, 0.02 ])
         """
         return np.minimum(SDS * np.asarray(sds) + self.finest, self.widest)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Tolerances:
-    """Tolerances of the scenes (s,) of a block; vertex (n,) is of the scene `scene` (n,)."""
-
-    vertex_sds: FloatArray
-    scene: Indices
-    finest: FloatArray
-    widest: FloatArray
-
-    @classmethod
-    def of_scenes(
-        cls, scenes: Sequence[Scene], points: FloatArray, covs: FloatArray
-    ) -> "Tolerances":
-        """Return those of the vertices of scenes (s,), all their points (n, 3) and covariances (n,
-        3, 3), in proportion to the diagonal of each scene's largest object, or of all where none is
-        known.
-        """
-        sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
-        counts = np.array([len(scene.vertices) for scene in scenes], dtype=np.intp)
-        diagonals = np.zeros(len(scenes))
-        for nth, (scene, first) in enumerate(
-            zip(scenes, find_row_starts(counts).tolist(), strict=True)
-        ):
-            own = points[first : first + int(counts[nth])]
-            for part in [own[_find_body_vertices(scene, body)] for body in scene.bodies] or [own]:
-                if len(part):
-                    diagonals[nth] = max(diagonals[nth], np.linalg.norm(np.ptp(part, axis=0)))
-        scene_of = np.repeat(np.arange(len(counts)), counts)
-        return cls(sds, scene_of, LENGTH_RESOLUTION * diagonals, WIDEST * diagonals)
-
-    def of_scene(self, scene: int) -> Tolerance:
-        """Return the tolerance of one of the scenes."""
-        sds = self.vertex_sds[self.scene == scene]
-        return Tolerance(sds, float(self.finest[scene]), float(self.widest[scene]))
-
-    def within(self, sds: FloatArray, scenes: Indices) -> FloatArray:
-        """Return the tolerance: three of each sd (...), not below rounding and not above the widest
-        of `scenes` (...).
-        """
-        found: FloatArray = np.minimum(SDS * sds + self.finest[scenes], self.widest[scenes])
-        return found
 
     def highest(self, vertices: NDArray[np.intp], reach: FloatArray) -> NDArray[np.bool_]:
         """Return which of the vertices (r, k) of each row have its highest reach (r, k), within 3
@@ -92,8 +58,7 @@ class Tolerances:
         """
         rows, top = np.arange(len(reach)), reach.argmax(axis=1)
         sds = self.vertex_sds[vertices]
-        scenes = self.scene[vertices[:, :1]]
-        limit = self.within(np.hypot(sds, sds[rows, top, None]), scenes)
+        limit = self.within(np.hypot(sds, sds[rows, top, None]))
         equal = reach >= reach[rows, top, None] - limit
         return np.asarray(equal & (reach > -np.inf))
 

@@ -1,8 +1,7 @@
-"""Scenes into rows: many at once as each alone, and a bad one costs no other."""
+"""Scenes into rows, of which a bad one costs no other."""
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -34,34 +33,19 @@ def items(tmp_path: Path) -> list[Item]:
     return [Item(str(tmp_path / name)) for name in names]
 
 
-def _said(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [{**row, "seconds": 0.0} for row in rows]
-
-
-@pytest.mark.parametrize("most", [1, 20_000, 10**6])
-@pytest.mark.slow
-def test_scenes_read_together_have_the_rows_that_each_has_alone(
-    most: int, engine: SceneEngine, items: list[Item], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(engine_module, "BYTES_AT_ONCE", most)
-    rows = list(engine.rows(items))
-    assert [row["path"] for row in rows] == [item.path for item in items]
-    assert [row["error"] is None for row in rows] == [True, False, True, False, True, False, True]
-    assert _said(rows) == _said([engine.row(item) for item in items])
-
-
 def test_a_scene_that_facts_cannot_be_made_of_costs_no_other(
     engine: SceneEngine, items: list[Item], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = engine_module.fact_columns
 
-    def failing(scenes: list[Scene], kinds: set[str]) -> object:
-        if any(len(scene.faces) == 5 for scene in scenes):
+    def failing(scene: Scene, kinds: set[str]) -> object:
+        if len(scene.faces) == 5:
             raise ZeroDivisionError("a wedge")
-        return made(scenes, kinds)
+        return made(scene, kinds)
 
     monkeypatch.setattr(engine_module, "fact_columns", failing)
-    rows = list(engine.rows(items))
+    rows = list(map(engine.row, items))
+    assert [row["path"] for row in rows] == [item.path for item in items]
     assert rows[-1]["error"] == f"{items[-1].path}: ZeroDivisionError: a wedge"
     assert [row["error"] is None for row in rows] == [True, False, True, False, True, False, False]
 

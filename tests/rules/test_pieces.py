@@ -206,7 +206,7 @@ def worded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loaded]:
 def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
     """Return the verdicts of the interpreter, which those of the batch are equal to."""
     base, judge = worded
-    (columns,) = fact_columns([scene], {kind for kind, _ in judge.needed})
+    columns = fact_columns(scene, {kind for kind, _ in judge.needed})
     brief = {v.model: v for v in judge.judge_columns(columns) if v.thing == "t1"}
     facts = tuple(fact.row for fact in scene_facts(scene))
     on_demand = tuple(fact.row for fact in facts_on_demand(scene))
@@ -304,7 +304,7 @@ def test_a_post_whose_foot_nobody_saw_may_reach_down_to_the_ground(tmp_path: Pat
             rows = tuple(fact.row for fact in (*facts, *more))
             base.load_scene(name, rows)
             states[name] = {m: base.judge(name, m, "t1").state for m in ("post", "stump", "tower")}
-            (columns,) = fact_columns([scene], {kind for kind, _ in judge.needed})
+            columns = fact_columns(scene, {kind for kind, _ in judge.needed})
             brief = {v.model: v.state for v in judge.judge_columns(columns) if v.thing == "t1"}
             assert states[name].items() <= brief.items()
     holds, fails, unknown = State.HOLDS, State.FAILS, State.UNKNOWN

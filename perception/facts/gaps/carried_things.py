@@ -34,10 +34,7 @@ SHARED = 0.5
 
 
 def find_board_sides(table: FaceTable, things: Sequence[Thing]) -> Iterator[tuple[int, int]]:
-    """Yield pairs of things, by their numbers, that have the two sides of a board.
-
-    The table is of one scene.
-    """
+    """Yield pairs of things, by their numbers, that have the two sides of a board."""
     owners = np.full(len(table), -1, dtype=np.intp)
     for number, thing in enumerate(things):
         owners[list(thing.faces)] = number
@@ -92,7 +89,7 @@ def join_carried_things(
     """Return the things of a scene, of which those that end above the ground are one with their
     carriers, and those that have the two sides of a board one with each other.
 
-    The table is of this scene alone; `edges` (e, 2) are vertices. Without a ground that views show
+    `edges` (e, 2) are vertices. Without a ground that views show
     the things are as they were, and where they were told apart as the scene was read (bodies).
     """
     above = measure_above_ground(scene, table.points)
@@ -160,4 +157,4 @@ def _join_things(things: Sequence[Thing]) -> Thing:
     faces = tuple(sorted(i for thing in things for i in thing.faces))
     edges = tuple(sorted(i for thing in things for i in thing.edges))
     patches = tuple(sorted(i for thing in things for i in thing.patches))
-    return Thing(faces, edges, patches, whole=False, scene=first.scene)
+    return Thing(faces, edges, patches, whole=False)

@@ -46,13 +46,13 @@ class Gap(NamedTuple):
 def gaps(table: FaceTable, edges: Indices, things: Sequence[Thing]) -> tuple[Gap, ...]:
     """Return the least distance of every two things, 0 where they touch or go through each other.
 
-    The table is of one scene; `edges` (e, 2) are vertices. Where several witnesses are as near
+    `edges` (e, 2) are vertices. Where several witnesses are as near
     within 3 sd, as between two faces that are parallel, the distance is their mean: the least alone
     would be low by its noise.
     """
     if len(things) < 2:
         return ()
-    covs, tolerance = table.covs, table.tolerance.of_scene(0)
+    covs, tolerance = table.covs, table.tolerance
     parts = Parts.of(table, edges, things)
     count = len(things)
     noise = _noise(parts, count, tolerance)

@@ -58,14 +58,14 @@ def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
 
 
 def compute_filled_spaces(
-    scenes: Sequence[Scene],
+    scene: Scene,
     table: FaceTable,
     edges: Indices,
     things: Sequence[Thing],
     members: Sequence[Indices],
     floors: FloatArray,
 ) -> dict[int, FilledSpace]:
-    """Return the filled space of each thing (by its index); `edges` (e, 2) are those of the scenes,
+    """Return the filled space of each thing (by its index); `edges` (e, 2) are the scene's,
     `members` the vertices of each thing, and `floors` (t,) the heights of the ground beneath,
     infinite where it is not known.
     """
@@ -73,7 +73,6 @@ def compute_filled_spaces(
     for index, (thing, vertices) in enumerate(zip(things, members, strict=True)):
         if len(vertices) < 2:
             continue
-        scene = scenes[thing.scene]
         places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
         outer = _extend_to_floor(table.points[vertices], scene.up, float(floors[index]))
         surface = _surface(scene, table, thing, table.points[edges[list(thing.edges)]], outer)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.facts.levels.filled_space import FilledSpace
 from facetlog.perception.facts.levels.levels import level_at, shelves_below
-from facetlog.perception.facts.named_rows import BlockFacts
+from facetlog.perception.facts.named_rows import CollectedFacts, Names
 from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
@@ -18,7 +18,7 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     iter_known_overlaps,
     iter_known_relations,
 )
-from facetlog.perception.facts.scene_memo import Names, SceneMemo
+from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
@@ -203,35 +203,35 @@ def _sd(piece: Piece) -> float:
     return float(np.arctan2(np.sqrt(2.0) * across.sd, across.value))
 
 
-def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
+def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add all facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
     with_openings = any(rows.wants(kind.functor) for kind in OPENING_KINDS)
-    holes = [0] * len(s.scenes)
-    for scene, found in _iter_found_pieces(s):
+    holes = 0
+    for found in _iter_found_pieces(s):
         for functor, each in found.facts(s.face_names):
-            rows.add_rows(functor, scene, [each])
+            rows.add_rows(functor, [each])
         if rows.wants("piece_angle"):
-            rows.add_rows("piece_angle", scene, found.angles())
+            rows.add_rows("piece_angle", found.angles())
         if rows.wants("piece_overlap"):
-            rows.add_rows("piece_overlap", scene, found.overlaps())
+            rows.add_rows("piece_overlap", found.overlaps())
         if not with_openings:
             continue
         openings = find_openings_of(found.filled, found.up)
-        named = [(f"o{holes[scene] + i}", each) for i, each in enumerate(openings, start=1)]
-        holes[scene] += len(named)
+        named = [(f"o{holes + i}", each) for i, each in enumerate(openings, start=1)]
+        holes += len(named)
         for functor, each in found.openings(named, s.face_names):
-            rows.add_rows(functor, scene, [each])
+            rows.add_rows(functor, [each])
         if rows.wants("inside") or rows.wants("beside"):
             for functor, all_ in found.relate_solids(named).items():
-                rows.add_rows(functor, scene, all_)
+                rows.add_rows(functor, all_)
 
 
 def shown_pieces(scene: Scene) -> ShownPieces:
     """Return the pieces of a scene by the names that facts have, to be drawn."""
     memo = SceneMemo.of(scene)
-    found = [each for _, each in _iter_found_pieces(memo)]
+    found = list(_iter_found_pieces(memo))
     return ShownPieces(
         tuple(
             ShownPiece(name, piece, not _is_measured(piece, each.measured))
@@ -399,20 +399,18 @@ class _Found:
         return float(piece.middle @ up) + half * rise / 2.0
 
 
-def _iter_found_pieces(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
-    """Yield the scene and the pieces of each thing; of a scene they are numbered through."""
-    counts = [0] * len(s.scenes)
-    faces = (face for scene in s.scenes for face in scene.faces)
-    measured = frozenset(i for i, f in enumerate(faces) if f.evidence is Evidence.MEASURED)
+def _iter_found_pieces(s: SceneMemo) -> Iterator[_Found]:
+    """Yield the pieces of each thing; they are numbered through."""
+    measured = frozenset(
+        i for i, face in enumerate(s.scene.faces) if face.evidence is Evidence.MEASURED
+    )
+    count = 0
     for index, filled in s.filled.items():
-        scene = s.things[index].scene
         surface = filled.surface
         pieces = find_pieces(filled.space.least(), surface.faces, surface.curved, surface.lines)
-        first, last = counts[scene] + 1, counts[scene] + len(pieces.pieces)
-        names = tuple(f"p{i}" for i in range(first, last + 1))
-        counts[scene] = last
-        up, thing = s.scenes[scene].up, s.thing_names[index]
-        yield scene, _Found(filled, up, thing, names, pieces, measured)
+        names = tuple(f"p{count + i}" for i in range(1, len(pieces.pieces) + 1))
+        count += len(names)
+        yield _Found(filled, s.scene.up, s.thing_names[index], names, pieces, measured)
 
 
 def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:

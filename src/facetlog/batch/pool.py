@@ -33,8 +33,8 @@ START_SECONDS = 120.0
 """How long a worker may take to load its engine and models; a second is usual."""
 
 BATCH_SECONDS = 0.3
-"""Work that a worker is handed at once: so much that it need not wait for more, and can make facts
-of a dozen scenes together; and little to do again or to wait for at the end."""
+"""Work that a worker is handed at once: so much that it need not wait for more, and little to do
+again or to wait for at the end."""
 
 FADES_OVER = 20
 """Scenes over whose mean time a rare slow one fades."""

@@ -99,7 +99,8 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
                 say(Word.SHOWN, scene_page(item, settings, sha256))
             continue
         if mistakes[0] is None:
-            for row in engine.rows(items):
+            for item in items:
+                row = engine.row(item)
                 if settings.profile:
                     say(Word.PROFILE, engine.profile.to_json())
                 if engine.spent and row["error"] is not None:

@@ -27,16 +27,12 @@ def sets(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return flat, there
 
 
-def slacks(count: int, slack: float) -> np.ndarray | None:
-    return np.full(count, slack) if slack else None
-
-
 @pytest.mark.parametrize("slack", [0.0, 1e-9])
 @some
 @given(seeds)
 def test_hulls_are_those_of_each_row_alone(slack: float, seed: int) -> None:
     flat, there = sets(seed)
-    hulls = Hulls(flat, there, slack=slacks(len(flat), slack))
+    hulls = Hulls(flat, there, slack=slack or None)
     for row, (points, own) in enumerate(zip(flat, there, strict=True)):
         wanted = np.flatnonzero(own)[ConvexHull(points[own]).vertices]
         wanted = np.roll(wanted, -int(points[wanted, 0].argmin()))
@@ -48,7 +44,7 @@ def test_hulls_are_those_of_each_row_alone(slack: float, seed: int) -> None:
 def test_points_in_a_row_and_points_alone_have_hulls(slack: float) -> None:
     flat = np.array([[[2.0, 0.0], [0.0, 0.0], [1.0, 0.0]], [[3.0, 4.0], [0.0, 0.0], [0.0, 0.0]]])
     there = np.array([[True, True, True], [True, False, False]])
-    hulls = Hulls(flat, there, slack=slacks(len(flat), slack))
+    hulls = Hulls(flat, there, slack=slack or None)
     assert hulls.places[0, : hulls.sizes[0]].tolist() == [1, 0]
     assert hulls.places[1, : hulls.sizes[1]].tolist() == [0]
 
@@ -56,8 +52,8 @@ def test_points_in_a_row_and_points_alone_have_hulls(slack: float) -> None:
 def test_corners_nearer_than_the_slack_to_their_neighbours_line_are_left_out() -> None:
     flat = np.array([[[0.0, 0.0], [1.0, -1e-7], [2.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0]]])
     there = np.ones((1, 6), np.bool_)
-    assert Hulls(flat, there, slack=slacks(1, 1e-6)).places[0, :4].tolist() == [0, 2, 3, 5]
-    assert Hulls(flat, there, slack=slacks(1, 1e-8)).places[0, :5].tolist() == [0, 1, 2, 3, 5]
+    assert Hulls(flat, there, slack=1e-6).places[0, :4].tolist() == [0, 2, 3, 5]
+    assert Hulls(flat, there, slack=1e-8).places[0, :5].tolist() == [0, 1, 2, 3, 5]
 
 
 @some

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Body, Patch, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
@@ -80,10 +79,3 @@ def test_bodies_stay_apart_and_one_may_be_all_curved() -> None:
     chair = replace(together(SEAT, leaf(0.44, 0.9)), bodies=(Body(faces=(0,)), Body(faces=(1,))))
     assert faces_of_things(on_ground(chair)) == [(0,), (1,)]
     assert first_values(scene, "top_of")["t1"] == pytest.approx(0.7)
-
-
-def test_things_of_a_block_of_scenes_are_those_of_each_alone() -> None:
-    chair = on_ground(together(SEAT, leaf(0.44, 0.9)))
-    block = SceneMemo.of(cuboid(), chair, chair)
-    assert [thing.faces for thing in block.things] == [(0, 1, 2, 3, 4, 5), (6, 7), (8, 9)]
-    assert block.thing_scene.tolist() == [0, 1, 2]
