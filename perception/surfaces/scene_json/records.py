@@ -6,15 +6,7 @@ Most parts are those of perception/scene.py; those that are written otherwise ha
 import base64
 from typing import Annotated, Literal
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    EncodedBytes,
-    EncoderProtocol,
-    Field,
-    PositiveInt,
-)
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PositiveInt, WithJsonSchema
 
 from facetlog.perception.scene import Body, Edge, Face, Patch, Vertex
 from facetlog.perception.types import Index, Share
@@ -26,26 +18,19 @@ FORMAT = "facetlog-scene/1"
 Vector3 = tuple[float, float, float]
 
 
-class _Base64(EncoderProtocol):
-    """Base64 with nothing else in it: pydantic's own passes over what is none."""
+def _decode_base64(text: bytes) -> bytes:
+    """Return the bytes; ValueError for anything beside base64, which pydantic's own passes over."""
+    try:
+        return base64.b64decode(text, validate=True)
+    except ValueError as exc:
+        raise ValueError("is no base64") from exc
 
-    @classmethod
-    def decode(cls, data: bytes) -> bytes:
-        """Return the bytes; PydanticCustomError unless the text is base64."""
-        try:
-            return base64.b64decode(data, validate=True)
-        except ValueError as exc:
-            raise PydanticCustomError("no_base64", "is no base64") from exc
 
-    @classmethod
-    def encode(cls, value: bytes) -> bytes:
-        """Return the bytes as base64."""
-        return base64.b64encode(value)
-
-    @classmethod
-    def get_json_format(cls) -> Literal["base64"]:
-        """Return the name of the encoding in the JSON Schema."""
-        return "base64"
+Base64 = Annotated[
+    bytes,
+    AfterValidator(_decode_base64),
+    WithJsonSchema({"format": "base64", "type": "string"}),
+]
 
 
 class _Record(BaseModel):
@@ -60,7 +45,7 @@ class SightLinesRecord(_Record):
     """
 
     origin: Vector3
-    ends: Annotated[bytes, EncodedBytes(encoder=_Base64)]
+    ends: Base64
     view: Index | None = None
 
 
@@ -78,7 +63,7 @@ class SeenLatticeRecord(_Record):
     size: tuple[PositiveInt, PositiveInt]
     views: tuple[Index, ...]
     origins: tuple[Vector3, ...]
-    shown: Annotated[bytes, EncodedBytes(encoder=_Base64)]
+    shown: Base64
     wrong: Share | None = None
     ground: bool = True
 
