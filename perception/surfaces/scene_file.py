@@ -76,33 +76,20 @@ def read_scene(path: Path) -> Scene:
 
 def encode_scene(scene: Scene) -> str:
     """Return the scene as one JSON object; ValueError where a number is not finite."""
-    posed = zip(scene.cameras, scene.poses, strict=False)
-    content = {
-        "schema": FORMAT,
-        "name": scene.name,
-        "metric": scene.metric,
-        "up": scene.up,
-        "views": scene.views,
-        "vertices": scene.vertices,
-        "edges": scene.edges,
-        "faces": scene.faces,
-        "warnings": scene.warnings,
-        "patches": scene.patches,
-        "bodies": scene.bodies,
-        "sights": scene.sights,
-        "cameras": [
-            {
-                "size": (camera.width, camera.height),
-                "focal": (camera.fx, camera.fy),
-                "middle": (camera.cx, camera.cy),
-                "rotation": pose.rotation,
-                "centre": pose.centre,
-            }
-            for camera, pose in posed
-        ],
-        "lattices": scene.lattices,
-        **({"scale_sd": scene.scale_sd} if scene.scale_sd > 0.0 else {}),
-    }
+    content = {name: getattr(scene, name) for name in SceneRecord.model_fields if name != "format"}
+    content["cameras"] = [
+        {
+            "size": (camera.width, camera.height),
+            "focal": (camera.fx, camera.fy),
+            "middle": (camera.cx, camera.cy),
+            "rotation": pose.rotation,
+            "centre": pose.centre,
+        }
+        for camera, pose in zip(scene.cameras, scene.poses, strict=False)
+    ]
+    if not scene.scale_sd > 0.0:
+        del content["scale_sd"]
+    content = {"schema": FORMAT, **content}
     text = json.dumps(content, default=_to_json, allow_nan=False, ensure_ascii=False)
     return text + "\n"
 
@@ -177,23 +164,14 @@ def _make_scene(record: SceneRecord, source: str) -> Scene:
     if any(seen.view >= len(record.views) for v in record.vertices for seen in v.observations):
         raise ValueError("a vertex names a view that the scene does not have")
     posed = [_posed(r, i, source) for i, r in enumerate(record.cameras)]
-    return Scene(
-        record.name,
-        record.views,
-        record.vertices,
-        record.edges,
-        record.faces,
-        record.up,  # type: ignore[arg-type]
-        record.metric,
-        record.warnings,
-        record.patches,
-        record.bodies,
-        poses=tuple(pose for _, pose in posed),
-        sights=tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
-        cameras=tuple(camera for camera, _ in posed),
-        lattices=tuple(_make_lattices(record.lattices, source)),
-        scale_sd=record.scale_sd,
-    )
+    others = {
+        "poses": tuple(pose for _, pose in posed),
+        "sights": tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
+        "cameras": tuple(camera for camera, _ in posed),
+        "lattices": tuple(_make_lattices(record.lattices, source)),
+    }
+    same = SceneRecord.model_fields.keys() - {"format"} - others.keys()
+    return Scene(**{name: getattr(record, name) for name in same}, **others)
 
 
 def _sight_lines(record: SightLinesRecord, index: int, source: str) -> SightLines:
