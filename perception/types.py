@@ -84,7 +84,7 @@ def _is_frozen(array: NDArray[np.generic]) -> bool:
 class ArrayShape:
     """Annotation of an array: pydantic makes one that is not writeable of nested lists of numbers.
 
-    A length may be None (any); `item` is the type of each number.
+    The first length may be None (any); `item` is the type of each number.
     """
 
     def __init__(self, *lengths: int | None, item: Any = float) -> None:
@@ -102,7 +102,11 @@ class ArrayShape:
         return no_info_after_validator_function(self._make_array, handler.generate_schema(nested))
 
     def _make_array(self, rows: Sequence[Any]) -> FloatArray:
-        # numpy takes twice as long to find out how tuples are nested
+        if None not in self.lengths:
+            array = np.array(rows, dtype=np.float64)
+            array.setflags(write=False)
+            return array
+        # of many rows numpy takes twice as long to find out how they are nested
         numbers: Any = rows
         for _ in self.lengths[1:]:
             numbers = chain.from_iterable(numbers)
