@@ -1,23 +1,29 @@
 """The parts of a scene: vertex, plane, edge, face, patch, body, and lines of sight.
 
-World frame: right-handed, any unit of length (metres where the unit is known).
+World frame: right-handed, any unit of length (metres where the unit is known). From these classes,
+with the limits that they state, scene files are read and their JSON Schema is made.
 """
 
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import chain
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, MinLen
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.types import (
+    ArrayShape,
     Camera,
     FloatArray,
+    Index,
     LensError,
     Observation,
     Pose,
     PositionLabel,
+    Share,
     frozen,
 )
 from facetlog.plain_text import plain_text
@@ -36,13 +42,17 @@ __all__ = [
     "Vertex",
 ]
 
+Vector3 = Annotated[FloatArray, ArrayShape(3)]
+Vectors3 = Annotated[FloatArray, ArrayShape(None, 3)]
+Ring = Annotated[tuple[Index, ...], MinLen(3)]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Vertex:
     """A 3-D vertex: mean (3,), covariance (3, 3), and the observations that it was made from."""
 
-    point: FloatArray
-    cov: FloatArray
+    point: Vector3
+    cov: Annotated[FloatArray, ArrayShape(3, 3)]
     observations: tuple[Observation, ...] = ()
     label: PositionLabel | None = None
 
@@ -58,9 +68,9 @@ class Plane:
     The covariance has rank 3: along the normal itself there is nothing to vary.
     """
 
-    normal: FloatArray
+    normal: Vector3
     offset: float
-    cov: FloatArray
+    cov: Annotated[FloatArray, ArrayShape(4, 4)]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "normal", frozen(self.normal, 3))
@@ -91,9 +101,9 @@ class Edge:
     `support` in [0, 1] is the share of its length that was found in the views that could see it.
     """
 
-    start: int
-    end: int
-    support: float = 1.0
+    start: Index
+    end: Index
+    support: Share = 1.0
     evidence: Evidence = Evidence.MEASURED
 
 
@@ -106,10 +116,10 @@ class FaceSight:
     other views: something that is no face may be before it.
     """
 
-    view: int
-    seen: float
-    hidden: tuple[tuple[int, float], ...] = ()
-    outside: float = 0.0
+    view: Index
+    seen: Share
+    hidden: tuple[tuple[Index, Share], ...] = ()
+    outside: Share = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -121,11 +131,11 @@ class Face:
     before it shows of it.
     """
 
-    outline: tuple[int, ...]
+    outline: Ring
     plane: Plane
-    holes: tuple[tuple[int, ...], ...] = ()
-    support: float = 1.0
-    coverage: float = 1.0
+    holes: tuple[Ring, ...] = ()
+    support: Share = 1.0
+    coverage: Share = 1.0
     evidence: Evidence = Evidence.MEASURED
     sights: tuple[FaceSight, ...] = ()
 
@@ -145,13 +155,18 @@ class Patch:
     where surface is, but not how far it reaches.
     """
 
-    points: FloatArray
-    normals: FloatArray
-    areas: FloatArray
-    hull: tuple[int, ...] = ()
+    points: Vectors3
+    normals: Vectors3
+    areas: Annotated[FloatArray, ArrayShape(None, item=Annotated[float, Ge(0.0)])]
+    hull: tuple[Index, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.points)
+        if len(self.normals) != count or len(self.areas) != count:
+            raise ValueError(
+                f"{count} points, {len(self.normals)} normals and {len(self.areas)} areas: "
+                "give as many of each"
+            )
         object.__setattr__(self, "points", frozen(self.points, count, 3))
         object.__setattr__(self, "normals", frozen(self.normals, count, 3))
         object.__setattr__(self, "areas", frozen(self.areas, count))
@@ -162,13 +177,13 @@ class Body:
     """One object, told apart where the scene was read: indices of its faces, edges and patches.
 
     `whole` says that it was read from what has surface on every side, as a mesh has: where there is
-    no surface, there is nothing, unless its space (perception/space) turns out to be open behind
-    what there is. Otherwise it may go on where nobody looked.
+    no surface, there is nothing, unless its space turns out to be open behind what there is.
+    Otherwise it may go on where nobody looked.
     """
 
-    faces: tuple[int, ...] = ()
-    edges: tuple[int, ...] = ()
-    patches: tuple[int, ...] = ()
+    faces: tuple[Index, ...] = ()
+    edges: tuple[Index, ...] = ()
+    patches: tuple[Index, ...] = ()
     whole: bool = False
 
 

@@ -10,23 +10,33 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
+from itertools import chain
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from annotated_types import Ge, Le
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.errors import CalibrationError
 from facetlog.plain_text import plain_text
 
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler
+    from pydantic_core import CoreSchema
+
 __all__ = [
+    "ArrayShape",
     "Camera",
     "FloatArray",
     "Image",
+    "Index",
     "LensError",
     "Observation",
     "Pose",
     "PoseErrorKind",
     "PoseErrors",
     "PositionLabel",
+    "Share",
     "StoredPicture",
     "Track",
     "View",
@@ -35,6 +45,9 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
+# Limits and shapes in annotations count where pydantic reads a file.
+Index = Annotated[int, Ge(0)]
+Share = Annotated[float, Ge(0.0), Le(1.0)]
 
 # A rotation read from text keeps some 5 digits; more than this off orthogonal is another thing.
 ROTATION_TOLERANCE = 1e-3
@@ -66,6 +79,40 @@ def _is_frozen(array: NDArray[np.generic]) -> bool:
     return array.base is None or (
         isinstance(array.base, np.ndarray) and not array.base.flags.writeable
     )
+
+
+class ArrayShape:
+    """Annotation of an array: pydantic makes one that is not writeable of nested lists of numbers.
+
+    The first length may be None (any); `item` is the type of each number.
+    """
+
+    def __init__(self, *lengths: int | None, item: Any = float) -> None:
+        self.lengths, self.item = lengths, item
+
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: "GetCoreSchemaHandler"
+    ) -> "CoreSchema":
+        from pydantic_core.core_schema import no_info_after_validator_function
+
+        many: Any = tuple
+        nested = self.item
+        for length in reversed(self.lengths):
+            nested = many[(nested, ...) if length is None else (nested,) * length]
+        return no_info_after_validator_function(self._make_array, handler.generate_schema(nested))
+
+    def _make_array(self, rows: Sequence[Any]) -> FloatArray:
+        if None not in self.lengths:
+            array = np.array(rows, dtype=np.float64)
+            array.setflags(write=False)
+            return array
+        # of many rows numpy takes twice as long to find out how they are nested
+        numbers: Any = rows
+        for _ in self.lengths[1:]:
+            numbers = chain.from_iterable(numbers)
+        array = np.fromiter(numbers, np.float64)
+        array.setflags(write=False)
+        return array.reshape(len(rows), *self.lengths[1:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,9 +279,9 @@ class View:
 class Observation:
     """A vertex seen in one view: index of the view, pixel (2,), covariance (2, 2) in px²."""
 
-    view: int
-    uv: FloatArray
-    cov: FloatArray
+    view: Index
+    uv: Annotated[FloatArray, ArrayShape(2)]
+    cov: Annotated[FloatArray, ArrayShape(2, 2)]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "uv", frozen(self.uv, 2))

@@ -20,7 +20,7 @@ from facetlog.robot.rendering.world import GroundTruth
 
 # OpenGL's camera (x right, y up, z backward) from OpenCV's (x right, y down, z forward).
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
-# transforms.json counts pixels from the corner of the first one, facetlog from its middle.
+# transforms.json and COLMAP count pixels from the first one's corner, facetlog from its middle.
 HALF_PIXEL = 0.5
 # Below this sine of the tilt from the vertical, pan and skew turn about the same axis.
 GIMBAL_SINE = 1e-9
@@ -80,6 +80,26 @@ def write_views(
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
 
 
+def make_transform_matrix(pose: Pose) -> FloatArray:
+    """Return camera to world (4, 4), with OpenGL's axes, as transforms.json has it."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = pose.rotation @ OPENCV_FROM_OPENGL
+    matrix[:3, 3] = pose.centre
+    return matrix
+
+
+def list_intrinsics(camera: Camera) -> dict[str, float]:
+    """Return size and intrinsics of a pinhole camera by their names in transforms.json."""
+    return {
+        "w": camera.width,
+        "h": camera.height,
+        "fl_x": camera.fx,
+        "fl_y": camera.fy,
+        "cx": camera.cx + HALF_PIXEL,
+        "cy": camera.cy + HALF_PIXEL,
+    }
+
+
 def write_ground_truth(folder: Path, truth: GroundTruth, *, unit: str = "in") -> None:
     """Write ground_truth.json: vertices, edges, faces and size of each solid, and the unit."""
     solids = [asdict(solid) for solid in truth.solids]
@@ -113,21 +133,13 @@ def _write_camera_toml(path: Path, camera: Camera, unit: str) -> None:
 
 
 def _write_transforms(path: Path, views: Sequence[View]) -> None:
-    camera = views[0].camera
-    frames = []
-    for view in views:
-        matrix = np.eye(4)
-        matrix[:3, :3] = view.pose.rotation @ OPENCV_FROM_OPENGL
-        matrix[:3, 3] = view.pose.centre
-        frames.append({"file_path": view.name, "transform_matrix": matrix.tolist()})
+    frames = [
+        {"file_path": view.name, "transform_matrix": make_transform_matrix(view.pose).tolist()}
+        for view in views
+    ]
     content = {
         "camera_model": "OPENCV",
-        "w": camera.width,
-        "h": camera.height,
-        "fl_x": camera.fx,
-        "fl_y": camera.fy,
-        "cx": camera.cx + HALF_PIXEL,
-        "cy": camera.cy + HALF_PIXEL,
+        **list_intrinsics(views[0].camera),
         "k1": 0.0,
         "k2": 0.0,
         "p1": 0.0,

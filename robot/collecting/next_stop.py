@@ -6,7 +6,7 @@ what can be taken from there, and says which view is next, or why none is.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -62,14 +62,11 @@ class Around:
             "target": self.target.tolist(),
             "radius": self.radius,
             "first": self.first,
-            "closed": [[c.x, c.y, c.radius] for c in self.reach.closed],
+            "closed": [astuple(circle) for circle in self.reach.closed],
             "pace": [self.pace.speed, self.pace.turning],
-            "here": [self.here.x, self.here.y, self.here.heading],
-            "mount": [list(mount.values), list(mount.sds)],
-            "camera": [
-                *(camera.width, camera.height, camera.fx),
-                *(camera.fy, camera.cx, camera.cy),
-            ],
+            "here": astuple(self.here),
+            "mount": [mount.values, mount.sds],
+            "camera": astuple(camera),
             "head": [
                 [limits.pan_min, limits.pan_max],
                 [limits.tilt_min, limits.tilt_max],

@@ -26,14 +26,16 @@ from facetlog.perception.types import FloatArray, Image, Pose
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pose2 import Pose2
+from facetlog.robot.recording import (
+    HALF_PIXEL,
+    OPENCV_FROM_OPENGL,
+    list_intrinsics,
+    make_transform_matrix,
+)
 from facetlog.safe_read import read_regular_text
 
 LOG_FILE, TRANSFORMS_FILE, WAY_FILE = "collect.jsonl", "transforms.json", "odometry.tum"
 SCHEMA = "facetlog-collect/1"
-# OpenGL's camera (x right, y up, z backward) from OpenCV's (x right, y down, z forward).
-OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
-# transforms.json and COLMAP count pixels from the corner of the first one.
-HALF_PIXEL = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,7 +65,7 @@ class Taken:
             "view": self.number,
             "image": self.name,
             "result": "taken",
-            "matrix": _make_matrix(self.pose).tolist(),
+            "matrix": make_transform_matrix(self.pose).tolist(),
             "covariance": self.covariance.tolist(),
             "robot": _format_pose2(self.robot),
             "odometry": _format_pose2(self.odometry),
@@ -114,14 +116,6 @@ def _parse_pose2(value: object) -> Pose2:
         raise TypeError("a place is a list")
     x, y, heading = (float(str(v)) for v in value)
     return Pose2(x, y, math.radians(heading))
-
-
-def _make_matrix(pose: Pose) -> FloatArray:
-    """Return camera to world (4, 4), with OpenGL's axes."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = pose.rotation @ OPENCV_FROM_OPENGL
-    matrix[:3, 3] = pose.centre
-    return matrix
 
 
 class Record:
@@ -260,11 +254,10 @@ def _convert_to_grey(image: Image) -> Image:
 
 
 def _format_transforms(optics: Optics, taken: Iterable[Taken]) -> str:
-    camera = optics.camera
     frames = [
         {
             "file_path": view.name,
-            "transform_matrix": _make_matrix(view.pose).tolist(),
+            "transform_matrix": make_transform_matrix(view.pose).tolist(),
             "pan_deg": math.degrees(view.pan),
             "tilt_deg": math.degrees(view.tilt),
             "odometry": _format_pose2(view.odometry),
@@ -277,12 +270,7 @@ def _format_transforms(optics: Optics, taken: Iterable[Taken]) -> str:
     content = {
         # A pinhole is the general model without coefficients to the readers of this format.
         "camera_model": "OPENCV" if optics.model == "PINHOLE" else optics.model,
-        "w": camera.width,
-        "h": camera.height,
-        "fl_x": camera.fx,
-        "fl_y": camera.fy,
-        "cx": camera.cx + HALF_PIXEL,
-        "cy": camera.cy + HALF_PIXEL,
+        **list_intrinsics(optics.camera),
         **dict(optics.coefficients),
         "unit": "m",
         "up": [0.0, 0.0, 1.0],

@@ -6,17 +6,19 @@ elsewhere; a test holds both against each other.
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
+
+from facetlog.kb.explaining.unseen import Unseen
+from facetlog.perception.types import Share
 
 __all__ = ["VerdictsRecord"]
 
-Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
-NotNegative = Annotated[FiniteFloat, Field(ge=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 State = Literal["holds", "fails", "unknown"]
 
 
 class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class FoundRecord(_Record):
@@ -29,7 +31,7 @@ class FoundRecord(_Record):
 class SizeRecord(_Record):
     """A size with its standard deviation, in `length_unit`; `measure` is what was measured."""
 
-    value: FiniteFloat
+    value: float
     sd: NotNegative
     measure: str
 
@@ -38,16 +40,16 @@ class AngleRecord(_Record):
     """An angle that decides, in degrees; `of` is the measure."""
 
     of: str
-    deg: FiniteFloat
+    deg: float
     sd: NotNegative
 
 
 class ShortfallRecord(_Record):
     """By how much a value misses its region; `sds` null where its deviation is 0."""
 
-    amount: FiniteFloat
+    amount: float
     sd: NotNegative
-    sds: FiniteFloat | None
+    sds: float | None
     side: Literal["below", "above"]
 
 
@@ -63,21 +65,21 @@ class WithinRecord(_Record):
     """The region that a value was tested against: its sort, limits, and how far its edges fade."""
 
     sort: str
-    limits: tuple[FiniteFloat, ...]
-    fading: FiniteFloat | None = None
-    soft: FiniteFloat | None = None
+    limits: tuple[float, ...]
+    fading: float | None = None
+    soft: float | None = None
 
 
 class _MeasuredRecord(_Record):
     # What was compared, where a step was measured; `unseen` are the values if the space that nobody
     # saw is free, and if it is full.
     measure: str | None = None
-    value: FiniteFloat | None = None
+    value: float | None = None
     sd: NotNegative | None = None
     kind: str | None = None
     within: WithinRecord | None = None
     shortfall: ShortfallRecord | None = None
-    unseen: tuple[FiniteFloat, FiniteFloat] | None = None
+    unseen: tuple[float, float] | None = None
 
 
 class ProofRecord(_MeasuredRecord):
@@ -122,20 +124,6 @@ class ConditionRecord(_Record):
     proof: ProofRecord | None = None
 
 
-class UnseenRecord(_Record):
-    """Why something of the thing may have been missed, and from where it could be seen.
-
-    `look` says that in words; `direction` is a unit vector from the thing, `place` is in the
-    scene's frame and unit. `space` is there, and true, of space that nobody looked into.
-    """
-
-    why: str
-    look: str = ""
-    direction: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = None
-    place: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = None
-    space: bool = False
-
-
 class VerdictRecord(_Record):
     """The verdict of one model on one thing; without the thing if there was none to ask about.
 
@@ -159,13 +147,13 @@ class VerdictRecord(_Record):
     shortfalls: tuple[MissRecord, ...]
     conditions: tuple[ConditionRecord, ...]
     assumed: Share = 0.0
-    unseen: tuple[UnseenRecord, ...] = ()
+    unseen: tuple[Unseen, ...] = ()
 
 
 class VerdictsRecord(_Record):
     """All verdicts on a scene with the reasons for them, and what was wrong with its pictures."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-verdicts/2")
+    model_config = ConfigDict(title="facetlog-verdicts/2")
 
     format: Literal["facetlog-verdicts/2"] = Field(alias="schema")
     scene: str

@@ -1,142 +1,41 @@
-"""Scenes as JSON say what they hold in these models: `facetlog-scene/1` and its JSON Schema."""
+"""`facetlog-scene/1` as pydantic reads it, and its JSON Schema.
+
+Most parts are those of perception/scene.py; those that are written otherwise have a model here.
+"""
 
 import base64
 from typing import Annotated, Literal
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    EncodedBytes,
-    EncoderProtocol,
-    Field,
-    FiniteFloat,
-    NonNegativeInt,
-    PositiveInt,
-)
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PositiveInt, WithJsonSchema
 
-from facetlog.perception.scene import Evidence
-from facetlog.perception.types import PositionLabel
+from facetlog.perception.scene import Body, Edge, Face, Patch, Vertex
+from facetlog.perception.types import Index, Share
 
-__all__ = [
-    "FORMAT",
-    "FaceRecord",
-    "FaceSightRecord",
-    "ObservationRecord",
-    "PatchRecord",
-    "PosedCameraRecord",
-    "SceneRecord",
-    "SeenLatticeRecord",
-    "SightLinesRecord",
-    "VertexRecord",
-]
+__all__ = ["FORMAT", "PosedCameraRecord", "SceneRecord", "SeenLatticeRecord", "SightLinesRecord"]
 
 FORMAT = "facetlog-scene/1"
 
-Vector2 = tuple[FiniteFloat, FiniteFloat]
-Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
-Vector4 = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
-Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
-Ring = Annotated[tuple[NonNegativeInt, ...], Field(min_length=3)]
+Vector3 = tuple[float, float, float]
 
 
-class _Base64(EncoderProtocol):
-    """Base64 with nothing else in it: pydantic's own passes over what is none."""
+def _decode_base64(text: bytes) -> bytes:
+    """Return the bytes; ValueError for anything beside base64, which pydantic's own passes over."""
+    try:
+        return base64.b64decode(text, validate=True)
+    except ValueError as exc:
+        raise ValueError("is no base64") from exc
 
-    @classmethod
-    def decode(cls, data: bytes) -> bytes:
-        """Return the bytes; PydanticCustomError unless the text is base64."""
-        try:
-            return base64.b64decode(data, validate=True)
-        except ValueError as exc:
-            raise PydanticCustomError("no_base64", "is no base64") from exc
 
-    @classmethod
-    def encode(cls, value: bytes) -> bytes:
-        """Return the bytes as base64."""
-        return base64.b64encode(value)
-
-    @classmethod
-    def get_json_format(cls) -> Literal["base64"]:
-        """Return the name of the encoding in the JSON Schema."""
-        return "base64"
+Base64 = Annotated[
+    bytes,
+    AfterValidator(_decode_base64),
+    WithJsonSchema({"format": "base64", "type": "string"}),
+]
 
 
 class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class ObservationRecord(_Record):
-    """A vertex seen in a view (index), in pixels."""
-
-    view: NonNegativeInt
-    uv: Vector2
-    cov: tuple[Vector2, Vector2]
-
-
-class VertexRecord(_Record):
-    """A 3-D vertex with its covariance."""
-
-    point: Vector3
-    cov: tuple[Vector3, Vector3, Vector3]
-    observations: tuple[ObservationRecord, ...] = ()
-    label: PositionLabel | None = None
-
-
-class EdgeRecord(_Record):
-    """A straight edge between two vertices (indices)."""
-
-    start: NonNegativeInt
-    end: NonNegativeInt
-    support: Share = 1.0
-    evidence: Evidence = Evidence.MEASURED
-
-
-class PlaneRecord(_Record):
-    """normal · x + offset = 0 with a unit normal; covariance of (normal, offset)."""
-
-    normal: Vector3
-    offset: FiniteFloat
-    cov: tuple[Vector4, Vector4, Vector4, Vector4]
-
-
-class FaceSightRecord(_Record):
-    """Shares of a face: what a view (index) shows, what faces (indices) hide, what lies outside."""
-
-    view: NonNegativeInt
-    seen: Share
-    hidden: tuple[tuple[NonNegativeInt, Share], ...] = ()
-    outside: Share = 0.0
-
-
-class FaceRecord(_Record):
-    """A flat face: loops of vertices (indices), the outline counter-clockwise from outside."""
-
-    outline: Ring
-    plane: PlaneRecord
-    holes: tuple[Ring, ...] = ()
-    support: Share = 1.0
-    coverage: Share = 1.0
-    evidence: Evidence = Evidence.MEASURED
-    sights: tuple[FaceSightRecord, ...] = ()
-
-
-class PatchRecord(_Record):
-    """Surface that is not flat: points, their outward unit normals (or zeros), areas."""
-
-    points: tuple[Vector3, ...]
-    normals: tuple[Vector3, ...]
-    areas: tuple[Annotated[FiniteFloat, Field(ge=0.0)], ...]
-    hull: tuple[NonNegativeInt, ...] = ()
-
-
-class BodyRecord(_Record):
-    """One object: its faces, edges and patches (indices); whole if known from all sides."""
-
-    faces: tuple[NonNegativeInt, ...] = ()
-    edges: tuple[NonNegativeInt, ...] = ()
-    patches: tuple[NonNegativeInt, ...] = ()
-    whole: bool = False
+    # It holds for the parts of a scene within, too.
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class SightLinesRecord(_Record):
@@ -146,8 +45,8 @@ class SightLinesRecord(_Record):
     """
 
     origin: Vector3
-    ends: Annotated[bytes, EncodedBytes(encoder=_Base64)]
-    view: NonNegativeInt | None = None
+    ends: Base64
+    view: Index | None = None
 
 
 class SeenLatticeRecord(_Record):
@@ -162,9 +61,9 @@ class SeenLatticeRecord(_Record):
     corner: Vector3
     steps: tuple[Vector3, Vector3]
     size: tuple[PositiveInt, PositiveInt]
-    views: tuple[NonNegativeInt, ...]
+    views: tuple[Index, ...]
     origins: tuple[Vector3, ...]
-    shown: Annotated[bytes, EncodedBytes(encoder=_Base64)]
+    shown: Base64
     wrong: Share | None = None
     ground: bool = True
 
@@ -177,8 +76,8 @@ class PosedCameraRecord(_Record):
     """
 
     size: tuple[PositiveInt, PositiveInt]
-    focal: tuple[FiniteFloat, FiniteFloat]
-    middle: tuple[FiniteFloat, FiniteFloat]
+    focal: tuple[float, float]
+    middle: tuple[float, float]
     rotation: tuple[Vector3, Vector3, Vector3]
     centre: Vector3
 
@@ -186,7 +85,7 @@ class PosedCameraRecord(_Record):
 class SceneRecord(_Record):
     """A reconstructed scene: vertices, edges and flat faces with their uncertainty."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", title=FORMAT)
+    model_config = ConfigDict(title=FORMAT)
 
     format: Literal["facetlog-scene/1"] = Field(alias="schema")
     name: str
@@ -195,18 +94,18 @@ class SceneRecord(_Record):
     )
     up: Vector3 | None = Field(default=None, description="unit vector upwards, if known")
     views: tuple[str, ...] = ()
-    vertices: tuple[VertexRecord, ...] = ()
-    edges: tuple[EdgeRecord, ...] = ()
-    faces: tuple[FaceRecord, ...] = ()
+    vertices: tuple[Vertex, ...] = ()
+    edges: tuple[Edge, ...] = ()
+    faces: tuple[Face, ...] = ()
     warnings: tuple[str, ...] = ()
-    patches: tuple[PatchRecord, ...] = ()
-    bodies: tuple[BodyRecord, ...] = ()
+    patches: tuple[Patch, ...] = ()
+    bodies: tuple[Body, ...] = ()
     sights: tuple[SightLinesRecord, ...] = ()
     cameras: tuple[PosedCameraRecord, ...] = Field(
         default=(), description="one for each view, or none"
     )
     lattices: tuple[SeenLatticeRecord, ...] = ()
-    scale_sd: FiniteFloat = Field(
+    scale_sd: float = Field(
         default=0.0,
         ge=0.0,
         lt=1.0,

@@ -62,7 +62,7 @@ def repeated(record: SceneRecord) -> Iterator[SceneFault]:
     draw have doubled panels.
     """
     known: dict[tuple[float, ...], int] = {}
-    places = [known.setdefault(v.point, i) for i, v in enumerate(record.vertices)]
+    places = [known.setdefault(tuple(v.point.tolist()), i) for i, v in enumerate(record.vertices)]
     copies: dict[frozenset[int], list[int]] = {}
     for i, face in enumerate(record.faces):
         corners = frozenset(map(places.__getitem__, face.outline))

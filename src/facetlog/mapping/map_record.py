@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 
 from facetlog.mapping.floor_grid import Cell, FloorGrid
-from facetlog.mapping.placed_thing import Length, PlacedThing
+from facetlog.mapping.placed_thing import Length, PlacedThing, Said
 from facetlog.mapping.same_thing import MappedThing
 
 if TYPE_CHECKING:
@@ -17,21 +17,16 @@ if TYPE_CHECKING:
 SIGNS = {Cell.UNSEEN: " ", Cell.PASSED: ":", Cell.FREE: ".", Cell.OCCUPIED: "#"}
 """How cells of the floor are written."""
 
-NotNegative = Annotated[FiniteFloat, Field(ge=0.0)]
-Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
-Row3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
-Point = tuple[FiniteFloat, FiniteFloat]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Row3 = tuple[float, float, float]
+Point = tuple[float, float]
 
 
 class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class LengthRecord(_Record):
-    """A length and its standard deviation, metres."""
-
-    value: FiniteFloat
-    sd: NotNegative
+    # It holds for the dataclasses within, too; they are checked as they are written.
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always"
+    )
 
 
 class PoseRecord(_Record):
@@ -41,27 +36,19 @@ class PoseRecord(_Record):
     rectangle looks the same.
     """
 
-    x: FiniteFloat
-    y: FiniteFloat
-    heading: FiniteFloat
+    x: float
+    y: float
+    heading: float
     covariance: tuple[Row3, Row3, Row3]
-    turns_alike: FiniteFloat
+    turns_alike: float
 
 
 class SizeRecord(_Record):
     """Sides of the least rectangle round the plan, and the height over the floor."""
 
-    length: LengthRecord
-    width: LengthRecord
-    height: LengthRecord
-
-
-class SaidRecord(_Record):
-    """A model that holds, how sure that is, and all of it in a line."""
-
-    model: str
-    sure: Share
-    summary: str
+    length: Length
+    width: Length
+    height: Length
 
 
 class SightingRecord(_Record):
@@ -95,7 +82,7 @@ class ThingRecord(_Record):
 
     name: str
     model: str | None
-    verdicts: tuple[SaidRecord, ...]
+    verdicts: tuple[Said, ...]
     pose: PoseRecord
     size: SizeRecord
     outline: tuple[Point, ...]
@@ -111,7 +98,7 @@ class FloorRecord(_Record):
     `areas` are in square metres.
     """
 
-    resolution: FiniteFloat
+    resolution: float
     origin: Point
     rows: tuple[str, ...]
     areas: dict[str, NotNegative]
@@ -120,7 +107,7 @@ class FloorRecord(_Record):
 class MapRecord(_Record):
     """The map of a room from one or several visits."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-map/1")
+    model_config = ConfigDict(title="facetlog-map/1")
 
     format: Literal["facetlog-map/1"] = Field(alias="schema")
     visits: tuple[str, ...]
@@ -147,11 +134,11 @@ def _thing(thing: MappedThing, moved: "Iterable[Moved]") -> ThingRecord:
     from facetlog.mapping.same_thing import distance
 
     best = thing.best
-    length, width, height = map(_length, best.lengths)
+    length, width, height = best.lengths
     return ThingRecord(
         name=thing.name,
         model=thing.model or None,
-        verdicts=tuple(SaidRecord(model=s.model, sure=s.sure, summary=s.line) for s in best.said),
+        verdicts=best.said,
         pose=_pose(best),
         size=SizeRecord(length=length, width=width, height=height),
         outline=tuple(map(tuple, best.outline.tolist())),
@@ -184,10 +171,6 @@ def _sighting(seen: PlacedThing, off: float) -> SightingRecord:
         models=tuple(said.model for said in seen.said),
         standard_deviations=off,
     )
-
-
-def _length(length: Length) -> LengthRecord:
-    return LengthRecord(value=length.value, sd=length.sd)
 
 
 def _floor(floor: FloorGrid) -> FloorRecord:

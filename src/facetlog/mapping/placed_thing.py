@@ -11,16 +11,17 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import shapely
+from annotated_types import Ge
 from numpy.typing import NDArray
 
 from facetlog.mapping.plan_box import PlanBox, plan_box
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.things import Thing
-from facetlog.perception.types import FloatArray, Pose, frozen
+from facetlog.perception.types import FloatArray, Pose, Share, frozen
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
@@ -31,19 +32,19 @@ LEVEL = math.sin(math.radians(10.0))
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """A length with its standard deviation, metres."""
+    """A length and its standard deviation, metres."""
 
     value: float
-    sd: float
+    sd: Annotated[float, Ge(0.0)]
 
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A model that holds for a thing, how sure that is (0..1), and all of it in a line."""
+    """A model that holds, how sure that is, and all of it in a line."""
 
     model: str
-    sure: float
-    line: str
+    sure: Share
+    summary: str
 
 
 @dataclass(frozen=True, eq=False, slots=True)

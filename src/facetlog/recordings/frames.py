@@ -14,7 +14,6 @@ from facetlog.perception.types import Camera, FloatArray
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.next_stop import CHOSEN
 from facetlog.robot.collecting.record import (
-    HALF_PIXEL,
     TRANSFORMS_FILE,
     WAY_FILE,
     Taken,
@@ -24,6 +23,7 @@ from facetlog.robot.collecting.record import (
 )
 from facetlog.robot.collecting.run_sessions import Run, list_runs
 from facetlog.robot.pose2 import Pose2
+from facetlog.robot.recording import HALF_PIXEL
 from facetlog.safe_read import read_regular_text
 
 if TYPE_CHECKING:

@@ -29,12 +29,12 @@ from facetlog.perception.surfaces.scene_file import (
     SceneFileError,
     decode_scene,
     encode_scene,
+    pack_bits,
     read_scene,
     write_scene,
 )
 from facetlog.perception.surfaces.scene_json.scene_checks import LARGEST
 from facetlog.perception.surfaces.scene_json.scene_fault import MOST_COPIES
-from facetlog.perception.surfaces.scene_json.scene_of_record import packed
 from facetlog.perception.types import Observation, PositionLabel
 
 finite = st.floats(-LARGEST, LARGEST)
@@ -154,7 +154,7 @@ def _change(**changes: Any) -> str:
 def _lattice(**changes: Any) -> str:
     """A scene whose lattice of 2 x 3 points says that one view sees all."""
     square = {"corner": [0, 0, 0], "steps": [[1, 0, 0], [0, 1, 0]], "size": [2, 3]}
-    shown = base64.b64encode(packed(np.ones((1, 2, 3), dtype=np.bool_))).decode()
+    shown = base64.b64encode(pack_bits(np.ones((1, 2, 3), dtype=np.bool_))).decode()
     lattice = {**square, "views": [0], "origins": [[0, 0, 9]], "shown": shown, **changes}
     return _change(views=["a.png"], lattices=[lattice])
 
@@ -209,7 +209,7 @@ def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read(
         (_broken("vertices", 3, "point", 1, value="x"), r"\$\.vertices\[3\]\.point\[1\]: "),
         (_broken("faces", 2, "outline", 0, value=99), r"\$\.faces\[2\]\.outline: vertex 99 "),
         (_broken("faces", 2, "outline", value=[1, 2, 2]), r"\$\.faces\[2\]: an outline is"),
-        (_broken("faces", 1, "plane", "normal", value=[2, 0, 0]), r"\$\.faces\[1\]: the normal"),
+        (_broken("faces", 1, "plane", "normal", value=[2, 0, 0]), r"\$\.faces\[1\]\.plane: "),
         (_broken("faces", 1, "support", value=1.5), r"\$\.faces\[1\]\.support: "),
         (
             _broken("faces", 0, "sights", value=[{"view": 2, "seen": 1}]),
