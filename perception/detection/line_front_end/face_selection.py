@@ -41,7 +41,7 @@ from facetlog.perception.detection.line_front_end.evidence.joined_sides import (
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
+from facetlog.perception.detection.line_front_end.holes_and_spurs import HoleFinder, remove_spurs
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
 from facetlog.perception.detection.line_front_end.outlines.plane_regions import (
@@ -71,7 +71,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.detection.line_front_end.shadow_trimming import remove_spurs
 from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.types import FloatArray, View
 

@@ -24,8 +24,9 @@ from facetlog.perception.reading.mat.fit import (
     MatFit,
     fitted,
 )
-from facetlog.perception.reading.mat.mats import BAR_MM, Mat
-from facetlog.perception.reading.mat.sightings import (
+from facetlog.perception.reading.mat.mats import (
+    BAR_MM,
+    Mat,
     MirroredError,
     OtherBoardError,
     Sighting,

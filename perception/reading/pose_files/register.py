@@ -15,22 +15,19 @@ from facetlog.perception.reading.pose_files.arkit_captures import (
     RECORD3D,
     RECORD3D_ZIP,
 )
-from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
 from facetlog.perception.reading.pose_files.file_values import read_json
-from facetlog.perception.reading.pose_files.kitti_file import KITTI
-from facetlog.perception.reading.pose_files.openmvg_file import OPENMVG
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
 from facetlog.perception.reading.pose_files.picture_places import find_pictures
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
+from facetlog.perception.reading.pose_files.sfm_files import BUNDLER, OPENMVG, VISUALSFM
+from facetlog.perception.reading.pose_files.trajectory_files import KITTI, TUM
 from facetlog.perception.reading.pose_files.transforms_file import (
     BLENDER,
     TRANSFORMS,
     TRANSFORMS_FILE,
 )
-from facetlog.perception.reading.pose_files.tum_file import TUM
-from facetlog.perception.reading.pose_files.visualsfm_file import VISUALSFM
 from facetlog.perception.reading.sfm.sfm_poses import (
     NothingPlacedError,
     can_map,

@@ -10,8 +10,11 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import LEAST_POINTS, Cloud
 from facetlog.perception.scene import Plane, Scene, SightLines
-from facetlog.perception.shapes.clouds.all_sides import covers_all_sides, find_things_round_sensor
-from facetlog.perception.shapes.clouds.cloud_levels import find_levels_by_height
+from facetlog.perception.shapes.clouds.all_sides import (
+    covers_all_sides,
+    find_levels_by_height,
+    find_things_round_sensor,
+)
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
 from facetlog.perception.shapes.clouds.cloud_planes import (
     CloudPlane,
