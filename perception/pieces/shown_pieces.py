@@ -1,4 +1,4 @@
-"""What a piece is, and the pieces of a scene as one looks at them: by name, kind and colour."""
+"""Pieces: their records, and those of a scene as one looks at them, by name, kind and colour."""
 
 from dataclasses import dataclass
 from enum import StrEnum

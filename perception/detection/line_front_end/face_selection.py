@@ -15,9 +15,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.candidates import (
+from facetlog.perception.detection.line_front_end.candidate_faces import (
     LEAST_PENALTY,
     Candidate,
+    SelectedFace,
     penalty,
     simplest,
     square,
@@ -70,7 +71,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     find_covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.types import FloatArray, View
 

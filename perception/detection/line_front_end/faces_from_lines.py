@@ -20,6 +20,7 @@ from facetlog.perception.attached_edges import (
 )
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     complete_corners,
     merge_corners,
@@ -74,7 +75,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
     find_contradicting_views,
     track_without,
 )
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.line_front_end.with_boards import with_boards
 from facetlog.perception.detection.picture_noise import Noise

@@ -19,6 +19,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     blocked,
@@ -56,7 +57,6 @@ from facetlog.perception.detection.line_front_end.planes.texture_choice import t
 from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     blocked,
     find_points_within,
@@ -49,7 +50,6 @@ from facetlog.perception.detection.line_front_end.planes.parallel import (
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray

@@ -10,10 +10,13 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.image_sources import has_shots
 from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
-from facetlog.perception.reading.pose_files.arkit_captures import (
+from facetlog.perception.reading.pose_files.capture_files import (
+    BLENDER,
     POLYCAM,
     RECORD3D,
     RECORD3D_ZIP,
+    TRANSFORMS,
+    TRANSFORMS_FILE,
 )
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
 from facetlog.perception.reading.pose_files.file_values import read_json
@@ -23,11 +26,6 @@ from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, Pose
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.pose_files.sfm_files import BUNDLER, OPENMVG, VISUALSFM
 from facetlog.perception.reading.pose_files.trajectory_files import KITTI, TUM
-from facetlog.perception.reading.pose_files.transforms_file import (
-    BLENDER,
-    TRANSFORMS,
-    TRANSFORMS_FILE,
-)
 from facetlog.perception.reading.sfm.sfm_poses import (
     NothingPlacedError,
     can_map,
