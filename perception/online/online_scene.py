@@ -46,8 +46,6 @@ from facetlog.perception.surfaces.reconstruct import SceneOfFaces, make_scene_of
 from facetlog.perception.surfaces.scene_from_tracks import Stated
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
-__all__ = ["KEY_VIEWS", "KeyViews", "OnlineScene", "Update"]
-
 # Views that are kept with their pictures, as many as the paper's tour has: of the demo's table 12
 # of them show six faces, all 24 nine (seed 0).
 KEY_VIEWS = 24

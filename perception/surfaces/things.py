@@ -46,8 +46,6 @@ from facetlog.perception.surfaces.contacts import SideContacts, touches
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Thing", "find_things"]
-
 # A face reaches on beyond a contact when it is this much longer than that, along it. A chair's
 # back is as wide as its seat; a thing on a floor or table rarely takes two thirds of it.
 SUPPORT_REACH = 1.5

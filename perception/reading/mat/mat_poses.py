@@ -38,8 +38,6 @@ from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.reading.view_image import KEPT_DIAGONAL_PX
 from facetlog.perception.types import FloatArray, PoseErrorKind
 
-__all__ = ["MatPicture", "MatSet", "NoMatError", "PlacedPicture", "find_mat_pictures", "read_mat"]
-
 MOST_BLUR_PX = 2.0
 """Standard deviation, in pictures at the size at which edges are found in them: lines nearer than
 some twice that to each other, as those of a thin leg, are no longer two."""

@@ -18,20 +18,6 @@ from scipy.special import ndtr
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = [
-    "BAR_MM",
-    "DICTIONARY",
-    "MATS",
-    "Mat",
-    "MirroredError",
-    "OtherBoardError",
-    "Sighting",
-    "dictionary",
-    "find_mat",
-    "find_mat_of_marker",
-    "sighting",
-]
-
 DICTIONARY = "DICT_4X4_250"
 BAR_MM = 100.0
 """The bar that is printed beside the board, for a ruler to check the printer by."""

@@ -62,8 +62,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind
 
-__all__ = ["BLENDER", "POLYCAM", "RECORD3D", "RECORD3D_ZIP", "TRANSFORMS", "TRANSFORMS_FILE"]
-
 # Folders of cameras and of the pictures that they took, the better ones first.
 KEYFRAMES = "keyframes"
 PAIRS = {"corrected_cameras": "corrected_images", "cameras": "images"}

@@ -34,16 +34,6 @@ from facetlog.perception.reading.sfm.sfm_poses import (
 )
 from facetlog.perception.reading.video_file import COUNTED
 
-__all__ = [
-    "READERS",
-    "find_poses",
-    "find_poses_path",
-    "has_only_pictures",
-    "has_poses",
-    "kind_of",
-    "read_poses",
-]
-
 _LOG = logging.getLogger(__name__)
 
 

@@ -61,8 +61,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
     read_intrinsics,
 )
 
-__all__ = ["BUNDLER", "OPENMVG", "VISUALSFM"]
-
 SFM_DATA, OPENMVG_PICTURES = "sfm_data.json", "images"
 SFM_DATA_BINARY = "sfm_data.bin"
 # Kinds of cameras: the model that they are, and the key and names of their coefficients.

@@ -50,8 +50,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
 from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.types import FloatArray
 
-__all__ = ["KITTI", "TUM"]
-
 KITTI_POSES, CALIBRATION = "poses.txt", "calib.txt"
 UNPACKED = ("sequences", "poses")
 FOLDERS = ("image_0", "image_1", "image_2", "image_3")

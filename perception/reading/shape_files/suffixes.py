@@ -7,8 +7,6 @@ imported: the command line asks for suffixes, and a file loads its own reader al
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["CLOUD_READERS", "CLOUD_SUFFIXES", "FORMATS_WITH_UP", "MESH_READERS", "MESH_SUFFIXES"]
-
 CLOUD_READERS: Mapping[str, str] = MappingProxyType(
     {
         ".csv": "text_points:read_text",

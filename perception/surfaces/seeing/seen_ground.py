@@ -27,8 +27,6 @@ from facetlog.perception.scene import SeenLattice
 from facetlog.perception.surfaces.seeing.seen_faces import BEFORE_PX, NEAREST
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["GroundLattice", "GroundViews", "seen_ground"]
-
 # The time grows with the square of their number.
 MOST_VIEWS = 32
 # Of points that are known to be hidden so many pass as seen, or it is left: a place that two views

@@ -34,8 +34,6 @@ from facetlog.perception.surfaces.seeing.seen_faces import (
 from facetlog.perception.surfaces.seeing.seen_ground import seen_ground
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["GroundBeside", "add_sights", "drop_false_edges"]
-
 # Samples along an edge, but for its ends, which are the least certain.
 SAMPLES = np.linspace(0.05, 0.95, 40)[:, None]
 # So many points of a lattice to either side: beyond a leg and the windows that reach over it.
