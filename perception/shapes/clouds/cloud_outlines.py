@@ -1,7 +1,4 @@
-"""Outlines of a cloud's planes: what their points cover, with straight sides where planes meet.
-
-Straight sides of a jagged ring have few corners, with lines fitted through what lies between them.
-"""
+"""Outlines of a cloud's planes: straight sides round what points cover, or where planes meet."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
