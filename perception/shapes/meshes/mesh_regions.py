@@ -1,4 +1,4 @@
-"""Flat regions of a mesh's triangles, and their outlines.
+"""Flat surface of a mesh: regions of triangles that are joined, and large planes of any triangles.
 
 Triangles are segmented into flat faces: first flat ones, then nearly flat ones, then the rest.
 
@@ -11,11 +11,13 @@ Triangles are segmented into flat faces: first flat ones, then nearly flat ones,
    is flat against its breadth is a face too, an uncertain one: a cushion, a bowed seat. A piece of
    a tube turns evenly, or goes on into others like it, and is none.
 
-Regions become polygons with holes; coplanar pieces that touch become one. An outline is made of the
-edges that one triangle of the region has; where triangles overlap it is their union instead.
-Corners on straight sides go, and round outlines keep 64 corners at most.
+Large planes lie across a known direction, whatever their triangles are joined to. A scanned floor
+and what stands on it are one surface, and rough: no edge bends where the floor ends, and no two
+triangles are in one plane. So a plane begins where most surface is at one height (the half-sample
+mode), and grows by its own roughness.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,12 +27,15 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import make_plane_axes
-from facetlog.perception.polygons import find_enclosed_area, find_union
+from facetlog.perception.polygons import find_enclosed_area, triangulate
 from facetlog.perception.ragged import Indices, iter_groups, joined, sum_by_group
-from facetlog.perception.scene import Plane
-from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, measure_part_sizes
-from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, make_fitted_plane
-from facetlog.perception.shapes.regions.flat_region import FlatRegion, PlaneFrame
+from facetlog.perception.shapes.meshes.clean_mesh import (
+    RESOLUTION,
+    Surface,
+    measure_part_sizes,
+    rebuild_surface,
+)
+from facetlog.perception.shapes.meshes.flat_pieces import Fits, Moments
 from facetlog.perception.types import FloatArray
 
 # Edges that bend less are none: text with 4 digits turns a face of 1 % of the size by this much.
@@ -64,220 +69,188 @@ FINE_SHARE = 0.05
 SMOOTHINGS = 3
 # A direction that fewer of a piece's normals point along starts no face.
 LEAST_DIRECTION_SHARE = 0.02
-# A round table top of 64 corners departs from the circle by 0.12 % of its radius.
-MOST_CORNERS = 64
-# Corners that depart from the side between their neighbours by less than this share of the
-# region's extent are none; a circle of 64 corners has the least departure that is meant.
-STRAIGHT_SHARE = 0.001
-# Holes below this share of the face are gaps of the model, not openings.
-LEAST_HOLE_SHARE = 0.0005
-# Two pieces are in one plane within this angle and this share of the object's size.
-COPLANAR = np.deg2rad(1.0)
-COPLANAR_SHARE = 0.001
-# Pieces in one plane nearer than this share of the size touch.
-TOUCH_SHARE = 1e-4
-# An outline that misses its triangles' area by more than this crosses itself.
-AREA_ERROR = 0.005
+# Triangles within 20 degrees of the direction lie across it (cosine).
+ACROSS = float(np.cos(np.deg2rad(20.0)))
+# A plane has this share of all surface that lies across the direction, ...
+LEAST_SHARE = 0.1
+# ... and begins with so much of it.
+CORE_SHARE = 0.05
+# 99.7 % of a rough plane's corners are within so many times their rms from it.
+SDS = 3.0
+# A plane that begins with 5 % of its surface has grown to all of it after so many steps of √3.
+MOST_STEPS = 20
+MOST_PLANES = 6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Piece:
-    """A flat region, and the triangles' pieces (numbers) that it was made of."""
-
-    region: FlatRegion
-    pieces: tuple[int, ...]
-
-
-def find_flat_pieces(
-    surface: Surface, labels: Indices, owners: Indices, sizes: FloatArray
-) -> tuple[Piece, ...]:
-    """Return regions of the triangles with a label (m,) of 0 or more; `owners` (m,) is what may be
-    one.
-
-    Pieces of one owner that lie in one plane, face one way and touch become one region, of body 0,
-    by the size (m,) of the object that each triangle is of.
+class LargePlane:
+    """The plane n · x = offset, n along the direction that was given, and how far its own surface
+    departs from it (3 rms of its corners). `triangles` (m,) are those that lie in it.
     """
-    rows = np.flatnonzero(labels >= 0)
-    if not len(rows):
-        return ()
-    names, dense = np.unique(labels[rows], return_inverse=True)
-    labels = np.full(len(labels), -1, dtype=np.int64)
-    labels[rows] = dense
-    count = len(names)
-    moments = Moments.of(surface, rows, labels[rows], count)
-    fits = moments.fits()
-    owner, size = np.zeros(count, dtype=np.int64), np.zeros(count)
-    owner[labels[rows]], size[labels[rows]] = owners[rows], sizes[rows]
-    planes = _join_coplanar(fits, owner, size)
-    frames = moments.joined(planes, int(planes.max()) + 1).fits()
-    loops = _Outlines.of(surface, labels, count)
-    found: list[tuple[shapely.Polygon, PlaneFrame, tuple[int, ...]]] = []
-    for own in iter_groups(planes):
-        nth = int(planes[own[0]])
-        axes = make_plane_axes(frames.normals[nth], frames.axes[nth, 1])
-        frame = PlaneFrame(frames.middles[nth], axes)
-        polygons = [loops.polygon(int(piece), frame) for piece in own]
-        merged = _merged(polygons, own, float(size[own[0]]))
-        found += ((polygon, frame, members) for polygon, members in merged)
-    if not found:
-        return ()
-    return _regions(moments, found, names, size, surface.step)
+
+    normal: FloatArray
+    offset: float
+    slack: float
+    triangles: NDArray[np.bool_]
+
+    def flipped(self) -> "LargePlane":
+        """Return the plane with the opposite normal."""
+        return LargePlane(-self.normal, -self.offset, self.slack, self.triangles)
+
+    def heights(self, points: FloatArray) -> FloatArray:
+        """Return distances (n,) of points (n, 3) from the plane, along its normal."""
+        heights: FloatArray = points @ self.normal - self.offset
+        return heights
 
 
-def _regions(
-    moments: Moments,
-    found: list[tuple[shapely.Polygon, PlaneFrame, tuple[int, ...]]],
-    names: Indices,
-    sizes: FloatArray,
-    step: float,
-) -> tuple[Piece, ...]:
-    """Return pieces with planes of their own, fitted to what they were made of, in objects of
-    `sizes`.
+def iter_planes(
+    surface: Surface, direction: FloatArray, within: NDArray[np.bool_] | None = None
+) -> Iterator[LargePlane]:
+    """Yield the large planes across a unit vector (3,), those with most surface first; of the
+    triangles (m,) `within`, else of all.
     """
-    region_of = np.full(len(moments.areas), -1, dtype=np.int64)
-    for nth, (_, _, members) in enumerate(found):
-        region_of[list(members)] = nth
-    fits = moments.joined(region_of, len(found)).fits()
-    pieces = []
-    for nth, (polygon, frame, members) in enumerate(found):
-        size = float(sizes[members[0]])
-        plane = make_fitted_plane(fits, nth, size, step)
-        corner_sd = float(max(fits.rms[nth], step / np.sqrt(12.0)))
-        region = _region(polygon, frame, plane, corner_sd, size)
-        if region is not None:
-            pieces.append(Piece(region, tuple(names[list(members)].tolist())))
-    return tuple(pieces)
+    across = np.abs(surface.normals @ direction) >= ACROSS
+    if within is not None:
+        across &= within
+    rows = np.flatnonzero(across)
+    total = float(surface.areas[rows].sum())
+    for _ in range(MOST_PLANES):
+        if not surface.areas[rows].sum() > LEAST_SHARE * total:
+            return
+        heights = surface.corners[rows].mean(axis=1) @ direction
+        core = rows[_find_mode(heights, surface.areas[rows], CORE_SHARE * total)]
+        plane = _grown(surface, rows, core, direction)
+        if float(surface.areas[rows[plane.triangles[rows]]].sum()) >= LEAST_SHARE * total:
+            yield plane
+        taken = plane.triangles.copy()
+        taken[core] = True
+        rows = rows[~taken[rows]]
 
 
-def _join_coplanar(fits: Fits, owner: Indices, sizes: FloatArray) -> Indices:
-    """Return the plane (r,) that each piece lies in, together with others of its owner, as large as
-    it.
+def _find_mode(heights: FloatArray, weights: FloatArray, least: float) -> Indices:
+    """Return where heights (n,) are densest: the indices of those within the shortest interval that
+    holds half of all weight, and half of that, until no more than `least` is left.
     """
-    # offsets about the middle of each owner's, where the tilt matters least
-    group = np.unique(owner, return_inverse=True)[1]
-    count = int(group.max()) + 1
-    middles = sum_by_group(group, fits.areas[:, None] * fits.middles, count)
-    middles /= sum_by_group(group, fits.areas, count)[:, None]
-    offsets = (fits.normals * (fits.middles - middles[group])).sum(axis=1)
-    flat = np.flatnonzero(fits.rms <= COPLANAR_SHARE * sizes)
-    # owners lie further apart than what is in one plane
-    place = np.column_stack(
-        [
-            fits.normals[flat] / COPLANAR,
-            offsets[flat] / (COPLANAR_SHARE * sizes[flat]),
-            2.0 * owner[flat],
-        ]
-    )
-    near = flat[cKDTree(place).query_pairs(1.0, output_type="ndarray")]
-    return joined(len(offsets), near)[1]
+    order = np.argsort(heights, kind="stable")
+    while True:
+        sums = np.concatenate(([0.0], np.cumsum(weights[order])))
+        half = 0.5 * sums[-1]
+        if half < least or len(order) < 2:
+            return order.astype(np.int64)
+        last = np.searchsorted(sums, sums[:-1] + half * (1.0 - 1e-9))
+        fits = np.flatnonzero(last < len(sums))
+        widths = heights[order[last[fits] - 1]] - heights[order[fits]]
+        best = int(fits[int(np.argmin(widths))])
+        if int(last[best]) - best == len(order):
+            return order.astype(np.int64)
+        order = order[best : int(last[best])]
 
 
-def _merged(
-    polygons: list[shapely.Geometry], pieces: Indices, size: float
-) -> list[tuple[shapely.Polygon, tuple[int, ...]]]:
-    """Return polygons that touch made one, each with its pieces."""
-    if len(polygons) == 1:
-        whole = polygons[0]
-    else:
-        touch = TOUCH_SHARE * size
-        grown = shapely.buffer(np.array(polygons), touch, join_style="mitre", cap_style="flat")
-        whole = shapely.buffer(find_union(grown), -touch, join_style="mitre")
-    parts = [p for p in shapely.get_parts(whole) if isinstance(p, shapely.Polygon)]
-    parts = [p for p in parts if p.area > 0.0]
-    if not parts:
-        return []
-    if len(polygons) == 1:
-        # a piece of surface may fall apart at a neck without width: specks go with the largest
-        largest = max(parts, key=lambda part: part.area)
-        return [(largest, (int(pieces[0]),))]
-    dots = shapely.point_on_surface(np.array(polygons))
-    near = shapely.STRtree(parts).nearest(dots)
-    return [
-        (part, tuple(pieces[near == nth].tolist()))
-        for nth, part in enumerate(parts)
-        if (near == nth).any()
-    ]
+def _grown(surface: Surface, rows: Indices, core: Indices, direction: FloatArray) -> LargePlane:
+    """Return the plane of the core, and of all else of these rows that is within its roughness."""
+    corners = surface.corners[rows]
+    least = RESOLUTION * surface.size
+    inside = core
+    for _ in range(MOST_STEPS):
+        fits = Moments.of(surface, inside, np.zeros(len(inside), dtype=np.int64), 1).fits()
+        normal = fits.normals[0]
+        normal = normal if float(normal @ direction) > 0.0 else -normal
+        offset = float(normal @ fits.middles[0])
+        # of corners: between them a rough surface is nearer to its plane
+        off = surface.corners[inside] @ normal - offset
+        rms = np.sqrt(np.average((off**2).mean(axis=1), weights=surface.areas[inside]))
+        slack = max(SDS * float(rms), least)
+        found = rows[(np.abs(corners @ normal - offset) <= slack).all(axis=1)]
+        if len(found) == len(inside) or not len(found):
+            break
+        inside = found
+    triangles = np.zeros(len(surface.triangles), dtype=bool)
+    triangles[inside] = True
+    return LargePlane(normal, offset, slack, triangles)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Outlines:
-    """The triangles and outer edges of each piece, sorted by piece."""
+# What a scanner sees of a box on a floor is one surface, which has no bottom. Where the floor is
+# taken away the box is left open; it stood on the floor, so its outline there is its bottom.
 
-    surface: Surface
-    triangles: tuple[Indices, ...]
-    edges: tuple[Indices, ...]
+# What borders on a rough plane is within so many of its roughnesses.
+NEAR_SLACKS = 3.0
 
-    @classmethod
-    def of(cls, surface: Surface, labels: Indices, count: int) -> "_Outlines":
-        rows = np.flatnonzero(labels >= 0)
-        rows = rows[np.argsort(labels[rows], kind="stable")]
-        own = surface.triangles[rows]
-        starts, ends = own.ravel(), np.roll(own, -1, axis=1).ravel()
-        pieces = np.repeat(labels[rows], 3)
-        n = len(surface.points)
-        key = np.minimum(starts, ends) * n + np.maximum(starts, ends)
-        order = np.lexsort((key, pieces))
-        key, pieces = key[order], pieces[order]
-        new = np.ones(len(key) + 1, dtype=bool)
-        new[1:-1] = (key[1:] != key[:-1]) | (pieces[1:] != pieces[:-1])
-        once = np.flatnonzero(new[:-1] & new[1:])
-        ends_of = np.column_stack([starts, ends])[order[once]]
-        return cls(
-            surface,
-            tuple(np.split(rows, np.searchsorted(labels[rows], np.arange(1, count)))),
-            tuple(np.split(ends_of, np.searchsorted(pieces[once], np.arange(1, count)))),
+
+def cut_off(
+    surface: Surface, taken: NDArray[np.bool_], planes: tuple[LargePlane, ...]
+) -> tuple[Surface, NDArray[np.bool_]]:
+    """Return the surface with the triangles `taken` (m,) apart from the others, those closed in the
+    planes where they were cut; and which triangles of that are taken.
+    """
+    cut = _cut_edges(surface, taken)
+    if not len(cut):
+        return surface, taken
+    surface, caps = _close_cuts(surface, ~taken, cut, planes)
+    # the taken ones get corners of their own
+    names, place = np.unique(surface.triangles[taken], return_inverse=True)
+    triangles = surface.triangles.copy()
+    triangles[taken] = len(surface.points) + place.reshape(-1, 3)
+    apart = replace(surface, points=np.concatenate([surface.points, surface.points[names]]))
+    closed = rebuild_surface(apart, np.concatenate([triangles, caps]))
+    return closed, np.concatenate([taken, np.zeros(len(caps), dtype=bool)])
+
+
+def _cut_edges(surface: Surface, taken: NDArray[np.bool_]) -> Indices:
+    """Return edges (k, 2) that one triangle of the others has, and one that is taken."""
+    own, other = (_edges(surface.triangles[rows]) for rows in (~taken, taken))
+    count = len(surface.points)
+    key, uses = np.unique(own[:, 0] * count + own[:, 1], return_counts=True)
+    cut = key[(uses == 1) & np.isin(key, other[:, 0] * count + other[:, 1])]
+    return np.column_stack([cut // count, cut % count])
+
+
+def _edges(triangles: Indices) -> Indices:
+    """Return the edges (3 m, 2) of triangles, the lower end first."""
+    pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    return np.sort(pairs, axis=1)
+
+
+def _close_cuts(
+    surface: Surface, left: NDArray[np.bool_], cut: Indices, planes: tuple[LargePlane, ...]
+) -> tuple[Surface, Indices]:
+    """Return the surface with its cut edges moved onto the planes, and triangles (k, 3) that close
+    each piece of what is left there.
+    """
+    points = surface.points.copy()
+    own = surface.triangles[left]
+    groups = joined(len(surface.points), np.concatenate((own[:, :2], own[:, 1:])))[1]
+    found = [np.zeros((0, 3), dtype=np.int64)]
+    for plane in planes:
+        slack = max(NEAR_SLACKS * plane.slack, RESOLUTION * surface.size)
+        on = (np.abs(plane.heights(points[cut])) <= slack).all(axis=1)
+        rim = np.unique(cut[on])
+        points[rim] -= np.outer(plane.heights(points[rim]), plane.normal)
+        found += (
+            _make_cap(points, cut[on][rows], plane.normal)
+            for rows in iter_groups(groups[cut[on, 0]])
         )
-
-    def polygon(self, piece: int, frame: PlaneFrame) -> shapely.Geometry:
-        """Return the piece in a plane's coordinates, valid, perhaps of several parts."""
-        surface, rows = self.surface, self.triangles[piece]
-        segments = frame.flatten(surface.points[self.edges[piece]])
-        area = find_enclosed_area(segments)
-        flat = frame.flatten(surface.points[surface.triangles[rows]])
-        (ax, ay), (bx, by) = np.moveaxis(flat[:, 1:] - flat[:, :1], (1, 2), (0, 1))
-        covered = 0.5 * np.abs(ax * by - ay * bx).sum()
-        if area is not None and area.is_valid and abs(area.area - covered) <= AREA_ERROR * covered:
-            return area
-        return find_union(shapely.polygons(flat))
+    return replace(surface, points=points), np.concatenate(found)
 
 
-def _region(
-    polygon: shapely.Polygon, frame: PlaneFrame, plane: Plane, corner_sd: float, size: float
-) -> FlatRegion | None:
-    """Return the polygon on its plane, simplified; None where nothing is left of it."""
-    extent = float(np.linalg.norm(np.ptp(np.array(polygon.bounds).reshape(2, 2), axis=0)))
-    holes = [
-        r for r in polygon.interiors if shapely.Polygon(r).area > LEAST_HOLE_SHARE * polygon.area
-    ]
-    polygon = shapely.Polygon(
-        _start_at_farthest(polygon.exterior), [_start_at_farthest(ring) for ring in holes]
-    )
-    slack = max(STRAIGHT_SHARE * extent, RESOLUTION * size)
-    simple = polygon.simplify(slack)
-    while isinstance(simple, shapely.Polygon) and _count_most_corners(simple) > MOST_CORNERS:
-        slack *= 1.5
-        simple = polygon.simplify(slack)
-    if not isinstance(simple, shapely.Polygon) or simple.is_empty or not simple.area > 0.0:
-        return None
-    moved = shapely.hausdorff_distance(polygon.boundary, simple.boundary)
-    simple = shapely.orient_polygons(simple)
-
-    sd = float(np.sqrt(corner_sd**2 + moved**2 + (RESOLUTION * size) ** 2))
-    return FlatRegion(plane, *frame.lift_rings(simple, plane), sd)
-
-
-def _count_most_corners(polygon: shapely.Polygon) -> int:
-    return max(len(ring.coords) - 1 for ring in (polygon.exterior, *polygon.interiors))
-
-
-def _start_at_farthest(ring: shapely.LinearRing) -> FloatArray:
-    """Return the ring (k, 2) from the corner that is farthest from its middle: simplifying keeps
-    it.
-    """
-    loop = shapely.get_coordinates(ring)[:-1]
-    first = int(((loop - loop.mean(axis=0)) ** 2).sum(axis=1).argmax())
-    turned: FloatArray = np.roll(loop, -first, axis=0)
-    return np.concatenate((turned, turned[:1]))
+def _make_cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
+    """Return triangles (k, 3) over the loops that edges (e, 2) make across a plane's normal."""
+    names, place = np.unique(edges, return_inverse=True)
+    place = place.reshape(-1, 2)
+    # a chain that ends at two other planes is closed along the line where these meet
+    ends = np.flatnonzero(np.bincount(place.ravel(), minlength=len(names)) % 2 == 1)
+    if len(ends) == 2:
+        place = np.concatenate([place, ends[None]])
+    flat = points[names] @ make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T
+    # rough loops cross themselves where they are looked at along the normal
+    noded = shapely.get_parts(shapely.node(shapely.multilinestrings(flat[place])))
+    area = find_enclosed_area(np.array([line.coords for line in noded]))
+    if area is None or area.is_empty:
+        return np.zeros((0, 3), dtype=np.int64)
+    corners = triangulate(area).reshape(-1, 2)
+    nearest = np.asarray(cKDTree(flat).query(corners)[1]).reshape(-1, 3)
+    a, b, c = nearest.T
+    triangles: Indices = names[nearest[(a != b) & (b != c) & (c != a)]].astype(np.int64)
+    return triangles
 
 
 @dataclass(frozen=True, eq=False, slots=True)

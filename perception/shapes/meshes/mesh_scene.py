@@ -31,10 +31,10 @@ from facetlog.perception.shapes.meshes.clean_mesh import (
     find_boxes_round,
     measure_part_sizes,
 )
+from facetlog.perception.shapes.meshes.flat_pieces import Piece, find_flat_pieces
 from facetlog.perception.shapes.meshes.mesh_bodies import Solids, find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_surroundings
-from facetlog.perception.shapes.meshes.mesh_planes import cut_off
-from facetlog.perception.shapes.meshes.mesh_regions import Piece, find_flat_pieces, find_regions
+from facetlog.perception.shapes.meshes.mesh_regions import cut_off, find_regions
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, make_unit_vector
 from facetlog.perception.shapes.regions.surface_samples import (
