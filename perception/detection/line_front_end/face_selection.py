@@ -28,6 +28,9 @@ from facetlog.perception.detection.line_front_end.candidate_faces import (
     square,
     tidy,
 )
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import (
+    find_surface_beside,
+)
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     alike,
@@ -38,7 +41,6 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     touch,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import FaceJudge
-from facetlog.perception.detection.line_front_end.evidence.half_planes import find_surface_beside
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
@@ -62,8 +64,10 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     plane_basis,
 )
 from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
-from facetlog.perception.detection.line_front_end.planes.texture_choice import add_texture_patches
-from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
+    TexturePlane,
+    add_texture_patches,
+)
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (

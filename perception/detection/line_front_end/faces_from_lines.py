@@ -28,7 +28,7 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     track_ends,
     track_outline_corners,
 )
-from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import exposures
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     blocked,

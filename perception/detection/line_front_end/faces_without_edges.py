@@ -20,6 +20,10 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import (
+    MIN_CONSISTENT,
+    MIN_WEIGHT,
+)
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     blocked,
@@ -29,10 +33,6 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     MIN_COVERAGE,
     SEEN_SHARE,
     inner_points,
-)
-from facetlog.perception.detection.line_front_end.evidence.half_planes import (
-    MIN_CONSISTENT,
-    MIN_WEIGHT,
 )
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
@@ -53,8 +53,10 @@ from facetlog.perception.detection.line_front_end.outlines.region_outline import
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_choice import OPEN_SLOPE, plane_cov
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
-from facetlog.perception.detection.line_front_end.planes.texture_choice import to_hypothesis
-from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
+    TexturePlane,
+    to_hypothesis,
+)
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides

@@ -17,15 +17,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
-    MIN_COVERAGE,
-    MIN_INNER,
-)
-from facetlog.perception.detection.line_front_end.evidence.ground_behind import compute_ground_ratio
-from facetlog.perception.detection.line_front_end.evidence.half_planes import (
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import (
     CLEAR_PX,
     MIN_CONSISTENT,
     MIN_WEIGHT,
+)
+from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
+    MIN_COVERAGE,
+    MIN_INNER,
+    compute_ground_ratio,
 )
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import (

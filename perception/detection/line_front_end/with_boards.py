@@ -17,6 +17,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import MIN_WEIGHT
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     PARALLEL_COSINE,
     UPRIGHT_SINE,
@@ -29,7 +30,6 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceEvidence,
     FaceJudge,
 )
-from facetlog.perception.detection.line_front_end.evidence.half_planes import MIN_WEIGHT
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import (
     AGREES_SDS,
     LIGHT_SHARE,
