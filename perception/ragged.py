@@ -7,6 +7,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.types import FloatArray
 
+__all__ = [
+    "Bools",
+    "Indices",
+    "find_entries_of_rows",
+    "find_pairs_in_rows",
+    "find_row_starts",
+    "iter_groups",
+    "joined",
+    "row_table",
+    "stacked",
+    "sum_by_group",
+    "sum_padded_rows",
+    "sum_rows",
+]
+
 Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 

@@ -15,6 +15,16 @@ from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
 
+__all__ = [
+    "Segments",
+    "SideContacts",
+    "Touches",
+    "find_edges_along_sides",
+    "find_side_contacts",
+    "measure_face_distances",
+    "touches",
+]
+
 # Two sides adjoin where they run together over this share of the shorter (language vocabulary).
 LEAST_OVERLAP = 0.2
 

@@ -11,6 +11,8 @@ from facetlog.perception.ragged import Indices, find_row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.types import FloatArray
 
+__all__ = ["ANGLE_RESOLUTION", "SDS", "Tolerance", "Tolerances"]
+
 # 99.7 % of a normal distribution.
 SDS = 3.0
 # Lengths below this share of the scene's diagonal are rounding of single-precision files.
