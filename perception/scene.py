@@ -22,6 +22,20 @@ from facetlog.perception.types import (
 )
 from facetlog.plain_text import plain_text
 
+__all__ = [
+    "Body",
+    "Edge",
+    "Evidence",
+    "Face",
+    "FaceSight",
+    "Patch",
+    "Plane",
+    "Scene",
+    "SeenLattice",
+    "SightLines",
+    "Vertex",
+]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Vertex:

@@ -17,6 +17,22 @@ from numpy.typing import ArrayLike, NDArray
 from facetlog.errors import CalibrationError
 from facetlog.plain_text import plain_text
 
+__all__ = [
+    "Camera",
+    "FloatArray",
+    "Image",
+    "LensError",
+    "Observation",
+    "Pose",
+    "PoseErrorKind",
+    "PoseErrors",
+    "PositionLabel",
+    "StoredPicture",
+    "Track",
+    "View",
+    "frozen",
+]
+
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
