@@ -9,8 +9,6 @@ from typing import BinaryIO
 
 from facetlog.errors import InputError
 
-__all__ = ["open_atomically", "write_atomically"]
-
 
 def write_atomically(path: Path, content: bytes) -> None:
     """Write a file beside its place and rename it there, so that nobody reads half of it.

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["find_risen_segments", "find_segments_behind", "find_segments_inside", "is_hung_behind"]
-
 # The outline is widened by this share of the face's size: legs stand at the rim.
 RIM_SHARE = 0.08
 # Edges that begin farther behind than this share of the face's size are another thing's: a top is

@@ -9,8 +9,6 @@ import numpy as np
 from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
-__all__ = ["compute_quadratic_forms", "dots", "project_on_axes"]
-
 
 def dots(one: FloatArray, two: FloatArray) -> FloatArray:
     """Return scalar products (...) of vectors (..., k).

@@ -8,17 +8,6 @@ import shapely
 
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Estimate",
-    "FlatFace",
-    "clip_polygon_above",
-    "compute_vector_area",
-    "cross",
-    "crossing",
-    "make_plane_axes",
-    "make_ring_sides",
-]
-
 # Two sides meet in a corner when they cross at more than this sine; else one goes on as the other.
 CROSSING_SINE = 0.15
 

@@ -8,8 +8,6 @@ from types import MappingProxyType
 
 from facetlog.errors import InputError
 
-__all__ = ["METRES_PER", "Length", "parse_length"]
-
 METRES_PER: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 )

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from facetlog.perception.polygons import find_union
 from facetlog.perception.types import FloatArray, frozen
 
-__all__ = ["Junction", "LineDrawing", "Rays", "classify_junction", "find_collinear", "sort_rays"]
-
 # Two lines are one straight line if their directions are opposite within so many deviations.
 COLLINEAR_SDS = 3.0
 # What rounding leaves of a direction, radians: lines without any error are no surer than this.

@@ -1,6 +1,4 @@
 """How many views make a face."""
 
-__all__ = ["FEWEST_VIEWS"]
-
 FEWEST_VIEWS = 3
 """A face is found where so many views agree on it: two alone may agree by chance."""

@@ -11,8 +11,6 @@ import numpy as np
 
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["pan_tilt_pose", "projection_matrix"]
-
 
 def _make_rotation_x(angle: float) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)

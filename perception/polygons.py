@@ -15,18 +15,6 @@ from shapely.errors import GEOSException
 
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "find_difference",
-    "find_enclosed_area",
-    "find_intersection",
-    "find_symmetric_difference",
-    "find_union",
-    "join_triangles",
-    "make_polygon",
-    "make_valid",
-    "triangulate",
-]
-
 _LOG = logging.getLogger(__name__)
 
 # Coordinates are rounded to this share of the extent where GEOS fails even on valid polygons: some

@@ -11,16 +11,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "TIE",
-    "ascending",
-    "at_least",
-    "choose_farthest_points",
-    "descending",
-    "largest",
-    "ranks",
-]
-
 # Equal: numbers that differ by at most this share of the largest magnitude among them. Rounding
 # makes 1e-16 to 1e-13 of angles and distances; what is measured differs by 1e-6 or more.
 TIE = 1e-9

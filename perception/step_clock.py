@@ -16,8 +16,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter, process_time
 
-__all__ = ["StepClock", "StepTime"]
-
 _LOG = logging.getLogger(__name__)
 
 

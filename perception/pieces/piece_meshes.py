@@ -7,10 +7,10 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from facetlog.errors import InputError
-from facetlog.perception.pieces.pieces import Piece
 from facetlog.perception.pieces.shown_pieces import (
     COLOURS,
     SIDES,
+    Piece,
     ShownPiece,
     ShownPieces,
     compute_box_corners,

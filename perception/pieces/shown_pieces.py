@@ -1,13 +1,75 @@
-"""The pieces of a scene as one looks at them: by name, kind and colour, in what nobody saw."""
+"""Pieces: their records, and those of a scene as one looks at them, by name, kind and colour."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
-from facetlog.perception.pieces.pieces import Kind, Piece
+from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.space.space import Space
 from facetlog.perception.types import FloatArray
+
+# A board is no thicker than this share of its width, a bar no wider than this share of its length.
+THIN, SLENDER = 0.35, 0.35
+
+
+class Kind(StrEnum):
+    """Words for a piece by its proportions: the words of models, which are soft there."""
+
+    BOARD = "board"
+    BAR = "bar"
+    BLOCK = "block"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Piece:
+    """A solid part. `axes` (3, 3) are the directions of its length, width and thickness, as rows,
+    `middle` (3,) is the middle of its box, all in the scene's frame.
+
+    `faces` are indices of faces that are mostly its own; `round` is the share of its surface that
+    is curved, 0..1. `low` and `high` are heights along the grid's last axis, of the scene's frame.
+    """
+
+    length: Estimate
+    width: Estimate
+    thickness: Estimate
+    axes: FloatArray
+    middle: FloatArray
+    low: float
+    high: float
+    faces: tuple[int, ...]
+    round: float
+
+    @property
+    def kind(self) -> Kind:
+        """The word for it by its proportions."""
+        if self.thickness.value <= THIN * self.width.value:
+            return Kind.BOARD
+        return Kind.BAR if self.width.value <= SLENDER * self.length.value else Kind.BLOCK
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pieces:
+    """The pieces of a thing, the largest first. `joins` (p, p) says which touch, `bears` (p, p)
+    which carries which directly: it touches what is off the ground and reaches as low, within a
+    cell, or lower.
+    """
+
+    pieces: tuple[Piece, ...]
+    joins: NDArray[np.bool_]
+    bears: NDArray[np.bool_]
+
+    @property
+    def carries(self) -> NDArray[np.bool_]:
+        """Which carries which (p, p), directly or through others."""
+        carried = self.bears.copy()
+        for middle in range(len(self.pieces)):
+            carried |= carried[:, middle : middle + 1] & carried[middle]
+        np.fill_diagonal(carried, val=False)
+        return carried
+
 
 COLOURS = {Kind.BOARD: (214, 147, 66), Kind.BAR: (64, 130, 201), Kind.BLOCK: (105, 165, 88)}
 """Red, green, blue of each kind; distinguished by people who do not see red or green, too."""

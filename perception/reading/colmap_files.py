@@ -16,17 +16,6 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.lens import CAMERA_MODELS
 from facetlog.safe_read import MOST_SHAPE_BYTES, open_regular, read_regular
 
-__all__ = [
-    "EXPORT",
-    "ColmapCamera",
-    "ColmapPicture",
-    "Numbers",
-    "find_colmap_models",
-    "iter_text_lines",
-    "read_colmap_cameras",
-    "read_colmap_images",
-]
-
 # Where COLMAP and the programs round it put a model, or several in numbered folders, below the
 # folder that a user names.
 PLACES = ("", "sparse", "colmap/sparse")

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 from PIL import ExifTags, Image, UnidentifiedImageError
 
-__all__ = ["USUAL_FOCAL", "TakenWith", "read_quarter_turns", "taken_with"]
-
 SMALL_FILM_MM = float(np.hypot(36.0, 24.0))
 """The diagonal to which focal lengths "in 35 mm film" refer."""
 USUAL_FOCAL = 0.8

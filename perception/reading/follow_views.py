@@ -18,8 +18,6 @@ from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.reading.view_image import ViewLoader
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
-__all__ = ["FollowedViews"]
-
 # Interval at which the folder is checked, s.
 POLL_S = 0.1
 

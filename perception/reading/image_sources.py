@@ -17,8 +17,6 @@ from facetlog.perception.reading.video_file import (
 )
 from facetlog.perception.types import Image
 
-__all__ = ["Shot", "has_shots", "list_shots"]
-
 FRAMES = 30
 """Number of frames used of a video: on a walk round a thing, one every 12 degrees or so."""
 

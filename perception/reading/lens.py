@@ -10,8 +10,6 @@ import numpy as np
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import Camera, FloatArray, Image
 
-__all__ = ["CAMERA_MODELS", "FISHEYES", "Distortion", "Lens"]
-
 # Beyond this factor most of the picture would be cropped: such coefficients are a mistake.
 MAX_ZOOM = 3.0
 ZOOM_STEPS = 24  # bisection to 1e-7 of the focal length, far below a pixel

@@ -9,8 +9,6 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 
-__all__ = ["OutsideError", "check_own_folder"]
-
 WAY_OUT = "put it into that folder, or trust the poses file (--trust, trust=True) if it is your own"
 
 

@@ -22,8 +22,6 @@ from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.perception.types import Image
 from facetlog.safe_read import open_regular, read_regular
 
-__all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture", "stored_size", "turned"]
-
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
 """Suffixes of pictures in folders; a picture that is named is read whatever its suffix."""
 KINDS = "JPEG, PNG, TIFF, BMP, WebP, PNM or HEIC"

@@ -25,8 +25,6 @@ from facetlog.perception.reading.skipped_images import LeftOut, lines_of
 from facetlog.perception.reading.view_image import ViewLoader
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
-__all__ = ["ViewSet", "collect_stated_errors", "read_views"]
-
 _LOG = logging.getLogger(__name__)
 
 LEAST_VIEWS = 2

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 from facetlog.perception.name_lists import named
 
-__all__ = ["LeftOut", "lines_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:

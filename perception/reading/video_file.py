@@ -11,8 +11,6 @@ from facetlog.errors import InputError
 from facetlog.perception.types import Image
 from facetlog.safe_read import check_regular
 
-__all__ = ["COUNTED", "VideoFrame", "VideoFrames", "read_frame_count"]
-
 COUNTED = (".avi", ".mp4", ".m4v", ".mov")
 """Kinds of files that state their number of frames: of others the last frame is never used."""
 

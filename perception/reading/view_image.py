@@ -25,8 +25,6 @@ from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Image, StoredPicture, View
 
-__all__ = ["KEPT_DIAGONAL_PX", "ViewLoader", "picture_of_view"]
-
 KEPT_DIAGONAL_PX = 1000.0
 """Larger pictures are reduced to it, as 800 x 600: a bound of cost alone. 12 bytes a pixel are kept
 (detection/edge_maps.py and others), so that 200 views fill 1.2 GB."""

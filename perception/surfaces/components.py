@@ -2,8 +2,6 @@
 
 from collections.abc import Iterable
 
-__all__ = ["components"]
-
 
 def components(count: int, pairs: Iterable[tuple[int, int]]) -> tuple[int, ...]:
     """Return the connected group of each of `count` nodes, numbered by first member.

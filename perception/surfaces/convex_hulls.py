@@ -12,8 +12,6 @@ from facetlog.perception.stable_order import TIE
 from facetlog.perception.surfaces.outline_overlap import following
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Hulls", "find_least_rectangle", "find_least_rectangles"]
-
 # Rectangles this much larger than the least one count as equal, and the longest of them is taken:
 # all three round a triangle are of one size, and rounding must not choose. A 1 % difference in
 # area is what an error of 0.5 % in each side gives.

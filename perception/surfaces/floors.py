@@ -15,8 +15,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEVEL_ENOUGH", "find_floor_heights", "measure_above_ground"]
-
 LEVEL_ENOUGH = 0.866
 """Normals within 30° of the vertical point this much up or down: cos 30°."""
 

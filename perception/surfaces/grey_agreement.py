@@ -10,8 +10,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
 from facetlog.perception.types import View
 
-__all__ = ["GreyAgreement", "grey_agreement"]
-
 # A region is a face's own where they share more than this of what either covers: no region can be
 # that of two faces.
 OWN_SHARE = 0.5

@@ -19,17 +19,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "add_faces",
-    "choose_face_colour",
-    "encode_glb",
-    "encode_mesh",
-    "render_viewer",
-    "render_viewer_page",
-    "triangulate_face",
-    "write_mesh",
-]
-
 # trimesh leaves these without types.
 _export_ply: Callable[..., bytes] = ply.export_ply
 _export_glb: Callable[..., bytes] = gltf.export_glb

@@ -15,14 +15,6 @@ from facetlog.perception.polygons import find_intersection, make_valid
 from facetlog.perception.ragged import Bools, Indices, find_row_starts, sum_padded_rows
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Outlines",
-    "find_convex_loops",
-    "following",
-    "make_valid_polygons",
-    "measure_loop_distances",
-]
-
 Shapes = NDArray[np.object_]
 
 FEW_CORNERS = 4

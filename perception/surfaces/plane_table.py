@@ -10,8 +10,6 @@ from facetlog.perception.ragged import Indices, stacked
 from facetlog.perception.scene import Scene
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PlaneTable"]
-
 
 @dataclass(frozen=True, eq=False)
 class PlaneTable:

@@ -23,14 +23,6 @@ from facetlog.perception.surfaces.scene_from_tracks import Assembled, Stated, as
 from facetlog.perception.surfaces.seeing.sights import add_sights
 from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
 
-__all__ = [
-    "SceneOfFaces",
-    "make_scene_of_faces",
-    "reconstruct",
-    "warn_of_one_direction",
-    "warn_of_outward_views",
-]
-
 AS_STATED = LensError(1.0, 0.0, 0.0, 0.0)
 LENS_PASSES = 3
 # A focal length so little off, as a share, shows faces where they are: by a pixel at most.

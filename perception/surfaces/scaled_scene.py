@@ -7,8 +7,6 @@ import numpy as np
 from facetlog.perception.scene import Patch, Plane, Scene, SeenLattice, SightLines
 from facetlog.perception.types import Pose
 
-__all__ = ["in_metres"]
-
 
 def in_metres(scene: Scene, metres: float, relative_sd: float = 0.0) -> Scene:
     """Return the scene in metres, `metres` for each unit of its lengths; covariances scale along.

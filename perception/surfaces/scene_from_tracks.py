@@ -22,8 +22,6 @@ from facetlog.perception.flat_faces import compute_vector_area, make_plane_axes
 from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
 from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
-__all__ = ["Assembled", "Stated", "assemble", "drop_unused"]
-
 # A vertex needs this many views in which its sides fix it, and lies on its faces' planes within so
 # many standard deviations; else its outline's place stands in.
 MIN_FIXED = 3

@@ -18,8 +18,6 @@ from facetlog.perception.surfaces.drawing.frustum import NEAR_SHARE
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import Camera, FloatArray, Pose
 
-__all__ = ["VisibleLines", "visible_lines"]
-
 # Points of a drawing nearer than this are one, px: half of what tells two pixels apart.
 SAME_POINT_PX = 0.5
 # So they are taken to be where they are to half of that; a uniform error has this deviation. How

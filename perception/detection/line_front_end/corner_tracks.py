@@ -7,9 +7,9 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.face_selection import TOUCH_PX
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import SideFits
 from facetlog.perception.detection.tracked_faces import Completion
 from facetlog.perception.stable_order import ascending

@@ -3,10 +3,14 @@
 Candidates are judged by all views. The best is a face; the pixels that show it are no evidence for
 anything in front of or behind it, so candidates that used them are judged again without them, and
 their planes are searched again. The remaining pixels decide on the next.
+
+Two faces that meet show an edge between them only where their shades differ, which those of a thing
+of one colour in the shade often do not. A missing edge says nothing at a side of a face found
+before; anywhere else a face ends in the air, and its edge stands before what lies behind.
 """
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import count
 
@@ -15,13 +19,17 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.candidates import (
+from facetlog.perception.detection.line_front_end.candidate_faces import (
     LEAST_PENALTY,
     Candidate,
+    SelectedFace,
     penalty,
     simplest,
     square,
     tidy,
+)
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import (
+    find_surface_beside,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
@@ -33,15 +41,10 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     touch,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import FaceJudge
-from facetlog.perception.detection.line_front_end.evidence.half_planes import find_surface_beside
-from facetlog.perception.detection.line_front_end.evidence.joined_sides import (
-    find_points_on_segments,
-    joined_sides,
-)
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
+from facetlog.perception.detection.line_front_end.holes_and_spurs import HoleFinder, remove_spurs
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
 from facetlog.perception.detection.line_front_end.outlines.plane_regions import (
@@ -61,8 +64,10 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     plane_basis,
 )
 from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
-from facetlog.perception.detection.line_front_end.planes.texture_choice import add_texture_patches
-from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
+    TexturePlane,
+    add_texture_patches,
+)
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
@@ -70,8 +75,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     find_covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.detection.line_front_end.shadow_trimming import remove_spurs
 from facetlog.perception.flat_faces import compute_vector_area, make_ring_sides
 from facetlog.perception.types import FloatArray, View
 
@@ -88,6 +91,38 @@ SAME_PLANE_PX = 8.0
 TOUCH_PX = 8.0
 # Lines that pass this near to a face's outline or end this near to its plane, px, are not blocked.
 FREE_PX = 4.0
+# What meets at a smaller angle is one surface, and the two sides of a board have no side in common.
+LEAST_TURN_COSINE = float(np.cos(np.radians(30.0)))
+
+
+def joined_sides(normal: FloatArray, faces: Iterable[SelectedFace]) -> FloatArray:
+    """Return the sides (n, 2, 3) of the faces that a plane of that normal (3,) may meet."""
+    sides = [
+        make_ring_sides(face.corners)
+        for face in faces
+        if abs(normal @ face.normal) < LEAST_TURN_COSINE
+    ]
+    return np.concatenate(sides) if sides else np.zeros((0, 2, 3))
+
+
+def find_points_on_segments(
+    points: FloatArray, segments: FloatArray, near: float
+) -> NDArray[np.bool_]:
+    """Return which points (..., 3) are nearer than that to one of the segments (n, 2, 3).
+
+    >>> level = np.array([[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]])
+    >>> find_points_on_segments(np.array([[1.0, 0.1, 0.0], [3.0, 0.0, 0.0]]), level, 0.5)
+    array([ True, False])
+    """
+    if not len(segments):
+        return np.zeros(points.shape[:-1], dtype=np.bool_)
+    along = segments[:, 1] - segments[:, 0]
+    off = points[..., None, :] - segments[:, 0]
+    square = np.maximum((along**2).sum(axis=-1), np.finfo(np.float64).tiny)
+    share = np.clip((off * along).sum(axis=-1) / square, 0.0, 1.0)
+    away = np.linalg.norm(off - share[..., None] * along, axis=-1)
+    close: NDArray[np.bool_] = (away < near).any(axis=-1)
+    return close
 
 
 def select_faces(

@@ -1,7 +1,7 @@
 """Bundle adjustment: the most likely poses, lenses and points together, with honest covariances.
 
 The standard deviations of pose and lens errors, and of pixel noise beyond its stated covariance,
-are those that make the residuals most likely (error_sizes.py); unknowns and these sizes are
+are those that make the residuals most likely (normal_equations.py); unknowns and these sizes are
 estimated in turn. The prior of the poses fixes the gauge: what no picture determines, as the place
 of the whole scene in the world, stays with the mean of the given poses.
 
@@ -17,23 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from facetlog.perception.estimation.bundle_adjustment.error_sizes import (
-    EXACT,
-    LEAST_PX,
-    LENS_SD,
-    Sizes,
-    estimate_sizes,
-)
 from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import (
     LENS_UNKNOWNS,
     group_lenses,
 )
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
+    EXACT,
+    LEAST_PX,
+    LENS_SD,
     Linear,
     Problem,
     Reduced,
+    Sizes,
     State,
     Tracks,
+    estimate_sizes,
     linear,
     reduced,
 )

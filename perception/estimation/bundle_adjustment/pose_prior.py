@@ -1,7 +1,7 @@
 """The prior of poses and lenses in bundle adjustment: a normal density.
 
 A pose has the error that its file states, independent or in a chain as that of odometry, and beyond
-that an independent one whose size is estimated from the residuals (error_sizes.py); so it is with
+that an independent one whose size is estimated from the residuals; so it is with
 lenses.
 """
 

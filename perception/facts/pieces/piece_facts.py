@@ -20,8 +20,8 @@ from facetlog.perception.facts.pieces.solid_boxes import (
 )
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
-from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
-from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
+from facetlog.perception.pieces.pieces import find_pieces
+from facetlog.perception.pieces.shown_pieces import Kind, Piece, Pieces, ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening, find_openings, has_room_for_openings

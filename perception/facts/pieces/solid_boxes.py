@@ -12,7 +12,7 @@ from typing import Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.pieces.pieces import Piece
+from facetlog.perception.pieces.shown_pieces import Piece
 from facetlog.perception.polygons import find_intersection
 from facetlog.perception.space.openings import Opening
 from facetlog.perception.space.space import Space, State

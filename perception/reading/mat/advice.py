@@ -10,8 +10,6 @@ from facetlog.perception.types import FloatArray
 if TYPE_CHECKING:
     from facetlog.perception.reading.mat.mat_poses import PlacedPicture
 
-__all__ = ["advice"]
-
 ENOUGH_PICTURES = 12
 WIDEST_GAP_DEG = 90.0
 """Widest gap between neighbouring directions: a side of a thing is then seen from two."""

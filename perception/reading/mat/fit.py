@@ -20,17 +20,6 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.reading.exif import USUAL_FOCAL
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = [
-    "CENTRE_SD",
-    "OF_CAMERA",
-    "SURE_SDS",
-    "Corners",
-    "FittedCamera",
-    "FittedPose",
-    "MatFit",
-    "fitted",
-]
-
 # Parameters of a camera: log of the focal length, principal point, k1, k2, p1, p2, k3 (OpenCV's).
 OF_CAMERA = 8
 # Of a picture: place, rotation vector, and the rotation vector from the first row to the last.

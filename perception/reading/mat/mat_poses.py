@@ -24,8 +24,9 @@ from facetlog.perception.reading.mat.fit import (
     MatFit,
     fitted,
 )
-from facetlog.perception.reading.mat.mats import BAR_MM, Mat
-from facetlog.perception.reading.mat.sightings import (
+from facetlog.perception.reading.mat.mats import (
+    BAR_MM,
+    Mat,
     MirroredError,
     OtherBoardError,
     Sighting,
@@ -36,8 +37,6 @@ from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.reading.view_image import KEPT_DIAGONAL_PX
 from facetlog.perception.types import FloatArray, PoseErrorKind
-
-__all__ = ["MatPicture", "MatSet", "NoMatError", "PlacedPicture", "find_mat_pictures", "read_mat"]
 
 MOST_BLUR_PX = 2.0
 """Standard deviation, in pictures at the size at which edges are found in them: lines nearer than

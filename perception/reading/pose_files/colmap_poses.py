@@ -29,8 +29,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
     read_intrinsics,
 )
 
-__all__ = ["COLMAP", "has_pictures", "read_colmap_poses"]
-
 NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.5)
 PICTURES = "images"
 # Folders that COLMAP and the programs round it put models into.

@@ -12,23 +12,6 @@ from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.types import FloatArray, Pose
 from facetlog.safe_read import read_regular_text
 
-__all__ = [
-    "EXPORT",
-    "OPENCV_FROM_OPENGL",
-    "convert_quaternion",
-    "flatten_rows",
-    "follow_keys",
-    "get_metres_per",
-    "is_file",
-    "iter_numbered_lines",
-    "make_pose",
-    "number",
-    "parse_array",
-    "parse_finite",
-    "read_json",
-    "read_text",
-]
-
 EXPORT = "export it again"
 """The way out of what a program wrote in part."""
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])

@@ -32,8 +32,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
 )
 from facetlog.toml_text import parse_toml_fields
 
-__all__ = ["CAMERA_FILE", "PAN_TILT", "read_camera"]
-
 CAMERA_FILE = "camera.toml"
 POSES_FILE = "poses.csv"
 COLUMNS = ("image", "x", "y", "z", "pan_deg", "tilt_deg", "skew_deg")

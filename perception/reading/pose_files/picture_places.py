@@ -13,8 +13,6 @@ from facetlog.perception.name_lists import named
 from facetlog.perception.reading.pose_files.file_values import is_file
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
-__all__ = ["find_pictures", "may_be_below", "resolve_picture_path"]
-
 MOST_FILES = 200_000
 """Number of files that are searched below a folder: a capture has fewer."""
 

@@ -10,8 +10,6 @@ from facetlog.errors import CalibrationError
 from facetlog.perception.reading.lens import FISHEYES, Distortion, Lens
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["LEAST_SPREAD", "check_lens", "check_pose"]
-
 FARTHEST = 1e12
 """Units of length from a world's origin, and standard deviations: a thousand times the earth's
 circumference in millimetres, which are map coordinates. Doubles hold its fourth power."""

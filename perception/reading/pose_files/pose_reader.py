@@ -9,14 +9,6 @@ from facetlog.perception.length_units import Length
 from facetlog.perception.reading.pose_files.file_values import get_metres_per
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
-__all__ = [
-    "PoseOptions",
-    "PoseReader",
-    "make_file_finder",
-    "make_metric_reader",
-    "make_missing_check",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class PoseOptions:

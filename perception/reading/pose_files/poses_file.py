@@ -16,18 +16,6 @@ from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
 
-__all__ = [
-    "COEFFICIENTS",
-    "PLAIN_NAMES",
-    "FieldNames",
-    "Intrinsics",
-    "PosedPicture",
-    "PosesFile",
-    "collect_posed_pictures",
-    "list_unregistered",
-    "read_intrinsics",
-]
-
 ROUNDING_PX = 1.0
 """Largest difference of a scaled picture's height from its camera's."""
 

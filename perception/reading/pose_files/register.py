@@ -10,27 +10,22 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.image_sources import has_shots
 from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
-from facetlog.perception.reading.pose_files.arkit_captures import (
+from facetlog.perception.reading.pose_files.capture_files import (
+    BLENDER,
     POLYCAM,
     RECORD3D,
     RECORD3D_ZIP,
+    TRANSFORMS,
+    TRANSFORMS_FILE,
 )
-from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
 from facetlog.perception.reading.pose_files.file_values import read_json
-from facetlog.perception.reading.pose_files.kitti_file import KITTI
-from facetlog.perception.reading.pose_files.openmvg_file import OPENMVG
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
 from facetlog.perception.reading.pose_files.picture_places import find_pictures
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
-from facetlog.perception.reading.pose_files.transforms_file import (
-    BLENDER,
-    TRANSFORMS,
-    TRANSFORMS_FILE,
-)
-from facetlog.perception.reading.pose_files.tum_file import TUM
-from facetlog.perception.reading.pose_files.visualsfm_file import VISUALSFM
+from facetlog.perception.reading.pose_files.sfm_files import BUNDLER, OPENMVG, VISUALSFM
+from facetlog.perception.reading.pose_files.trajectory_files import KITTI, TUM
 from facetlog.perception.reading.sfm.sfm_poses import (
     NothingPlacedError,
     can_map,
@@ -38,16 +33,6 @@ from facetlog.perception.reading.sfm.sfm_poses import (
     read_by_motion,
 )
 from facetlog.perception.reading.video_file import COUNTED
-
-__all__ = [
-    "READERS",
-    "find_poses",
-    "find_poses_path",
-    "has_only_pictures",
-    "has_poses",
-    "kind_of",
-    "read_poses",
-]
 
 _LOG = logging.getLogger(__name__)
 

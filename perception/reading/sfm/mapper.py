@@ -24,8 +24,6 @@ from facetlog.perception.reading.sfm.outcome import LEAST_PICTURES, Outcome, Pai
 from facetlog.perception.reading.skipped_images import LeftOut
 from facetlog.perception.reading.video_file import VideoFrames
 
-__all__ = ["main"]
-
 Report = Callable[[str, int, int], None]
 
 

@@ -8,16 +8,6 @@ from statistics import median
 from facetlog.perception.reading.image_sources import Shot
 from facetlog.perception.reading.skipped_images import LeftOut
 
-__all__ = [
-    "LEAST_PICTURES",
-    "Outcome",
-    "Pair",
-    "Request",
-    "Settings",
-    "explain_failure",
-    "left_out",
-]
-
 LEAST_PICTURES = 3
 """Least number for a model: two pictures agree with a wrong focal length as with the right one."""
 START_POINTS = 100

@@ -38,8 +38,6 @@ from facetlog.perception.reading.sfm.outcome import (
 from facetlog.python_process import make_importing_environment, make_module_command
 from facetlog.safe_read import read_regular_text
 
-__all__ = ["NothingPlacedError", "can_map", "has_kept_cameras", "read_by_motion"]
-
 SETTINGS = Settings()
 
 _LOG = logging.getLogger(__name__)

@@ -5,8 +5,6 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["check_degrees", "check_resolution"]
-
 # Numbers farther apart than this share of the extent leave ten places for a corner along it.
 COARSEST = 0.1
 # A degree of latitude, in metres; a shape in degrees is so much too narrow for its height.

@@ -20,8 +20,6 @@ from facetlog.perception.reading.shape_files.file_text import (
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PlyHeader", "PlyRows", "parse_ply_header", "read_ply_rows"]
-
 # A header ends within this; most have some 300 bytes, comments may make it long.
 HEADER_BYTES = 1 << 16
 TYPES = {

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 
-__all__ = ["DEFAULT_LIMITS", "Limits", "ShapeFile", "quote_line"]
-
 DECIMAL_COMMA = re.compile(rb"^[-+]?\d*,\d+(?:[eE][-+]?\d+)?$")
 # Lines are quoted up to so many characters.
 QUOTED = 60

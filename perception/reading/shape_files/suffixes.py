@@ -1,24 +1,22 @@
 """Which files hold meshes and clouds, by their suffix in lower case.
 
 A new format is a module in meshes/ or clouds/, and its row here. Readers are named and not
-imported: the command line asks for suffixes, and a mesh loads its own reader alone.
+imported: the command line asks for suffixes, and a file loads its own reader alone.
 """
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["CLOUD_READERS", "CLOUD_SUFFIXES", "FORMATS_WITH_UP", "MESH_READERS", "MESH_SUFFIXES"]
-
 CLOUD_READERS: Mapping[str, str] = MappingProxyType(
     {
-        ".csv": "cloud_files:read_text",
-        ".las": "cloud_files:read_las",
-        ".laz": "cloud_files:read_las",
-        ".pcd": "cloud_files:read_pcd",
+        ".csv": "text_points:read_text",
+        ".las": "las_points:read_las",
+        ".laz": "las_points:read_las",
+        ".pcd": "pcd_points:read_pcd",
         ".ply": "cloud_files:read_ply",
-        ".pts": "cloud_files:read_text",
-        ".txt": "cloud_files:read_text",
-        ".xyz": "cloud_files:read_text",
+        ".pts": "text_points:read_text",
+        ".txt": "text_points:read_text",
+        ".xyz": "text_points:read_text",
     }
 )
 """Module in clouds/ and function: it takes a `ShapeFile` and gives a `Cloud`."""

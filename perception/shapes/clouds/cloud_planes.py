@@ -13,16 +13,14 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.neighbourhoods import (
+    CURVED,
     LEAST_SIZE,
+    WARP,
     Neighbourhoods,
     find_k_nearest,
-    neighbourhoods,
-)
-from facetlog.perception.shapes.clouds.plane_growth import (
-    CURVED,
-    WARP,
     grow_regions,
     measure_width_along,
+    neighbourhoods,
 )
 from facetlog.perception.types import FloatArray
 

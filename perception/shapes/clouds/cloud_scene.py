@@ -10,8 +10,6 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import LEAST_POINTS, Cloud
 from facetlog.perception.scene import Plane, Scene, SightLines
-from facetlog.perception.shapes.clouds.all_sides import covers_all_sides, find_things_round_sensor
-from facetlog.perception.shapes.clouds.cloud_levels import find_levels_by_height
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
 from facetlog.perception.shapes.clouds.cloud_planes import (
     CloudPlane,
@@ -19,11 +17,17 @@ from facetlog.perception.shapes.clouds.cloud_planes import (
     cloud_planes,
     fit_least_squares_plane,
 )
-from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, find_outer_sides
+from facetlog.perception.shapes.clouds.cloud_sides import (
+    Surroundings,
+    find_levels_by_height,
+    find_outer_sides,
+)
 from facetlog.perception.shapes.clouds.lines_of_sight import (
     SightTest,
     View,
+    covers_all_sides,
     find_sheets,
+    find_things_round_sensor,
     find_view,
 )
 from facetlog.perception.shapes.clouds.neighbourhoods import find_k_nearest

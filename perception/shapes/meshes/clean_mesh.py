@@ -5,7 +5,7 @@ that end there: what is far away makes nothing coarser. Degenerate and duplicate
 removed, and if the former are any share of the surface, that is said.
 Sheets of triangles joined by edges that two of them share get one winding; a closed one that of
 positive volume, so that its normals point out. The outside of an open one does not follow from its
-winding: mesh_sides.py determines it.
+winding: mesh_scene.py determines it.
 """
 
 from dataclasses import dataclass, replace

@@ -1,11 +1,12 @@
-"""Objects of a mesh: parts whose surfaces come near each other, whether they share corners or not.
+"""Objects of a mesh, and the solids that they are made of.
 
-A leg that ends inside a table top, or a little below it, shares none with it.
-
-The threshold depends on the parts alone, so that an object is the same whatever else is there.
+Objects are parts whose surfaces come near each other, whether they share corners or not. A leg that
+ends inside a table top, or a little below it, shares none with it. The threshold depends on the
+parts alone, so that an object is the same whatever else is there.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,21 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
-from facetlog.perception.ragged import Indices, joined
-from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, find_boxes_round
+from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.polygons import (
+    find_difference,
+    find_enclosed_area,
+    find_union,
+    make_valid,
+)
+from facetlog.perception.ragged import Indices, iter_groups, joined
+from facetlog.perception.shapes.meshes.clean_mesh import (
+    MEND,
+    Surface,
+    find_boxes_round,
+    measure_part_sizes,
+)
+from facetlog.perception.shapes.regions.flat_region import FlatRegion, PlaneFrame
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
 from facetlog.perception.types import FloatArray
 
@@ -35,6 +49,14 @@ MOST_PAIRS = 200_000
 BOXES_AT_ONCE = 1024
 # What is joined to a part is at most so many times as large before what is too far is dropped.
 GROWN = 2.0
+
+# Boards that are laid together are closed sheets that touch or reach into each other. Where one
+# stands on another's face nobody sees that face, and the object has no surface there: a tread is
+# as deep as what the step above leaves of it. So each region loses the sections that other closed
+# sheets have just in front of its plane.
+
+# Boards nearer than this share of the object's size touch; sections lie so far before a plane.
+TOUCH_SHARE = 1e-4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -192,3 +214,93 @@ def _together(parts: _Parts, count: int) -> Indices:
 def _extent(low: FloatArray, high: FloatArray) -> float:
     """Return the diagonal of a box."""
     return float(np.sqrt(((high - low) ** 2).sum()))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solids:
+    """The closed sheets (s,) of a surface: number, object, box from `low` to `high` (s, 3), and
+    which triangles are of each. `sizes` (b,) are those of all objects.
+    """
+
+    surface: Surface
+    numbers: Indices
+    bodies: Indices
+    low: FloatArray
+    high: FloatArray
+    triangles: tuple[Indices, ...]
+    sizes: FloatArray
+
+    @classmethod
+    def of(cls, surface: Surface, bodies: Indices) -> "Solids":
+        """Find the closed sheets of a surface whose triangles (m,) are of these objects."""
+        rows = np.flatnonzero(surface.closed)
+        sizes = np.zeros(int(bodies.max()) + 1)
+        sizes[bodies] = measure_part_sizes(surface.corners, bodies)
+        groups = tuple(rows[own] for own in iter_groups(surface.sheets[rows]))
+        corners = [surface.corners[own].reshape(-1, 3) for own in groups]
+        first = np.array([own[0] for own in groups], dtype=np.intp)
+        return cls(
+            surface,
+            surface.sheets[first],
+            bodies[first],
+            np.array([each.min(axis=0) for each in corners]).reshape(-1, 3),
+            np.array([each.max(axis=0) for each in corners]).reshape(-1, 3),
+            groups,
+            sizes,
+        )
+
+    def iter_uncovered(self, region: FlatRegion, own: Indices) -> Iterator[FlatRegion]:
+        """Yield the parts of a region that no solid of its object covers, but those of the sheets
+        `own`.
+
+        The region is in the surface's frame. It may fall apart, or vanish.
+        """
+        normal, touch = region.plane.normal, TOUCH_SHARE * float(self.sizes[region.body])
+        before = region.outline + touch * normal
+        near = (self.bodies == region.body) & ~np.isin(self.numbers, own)
+        near &= (self.low < before.max(axis=0)).all(axis=1)
+        near &= (self.high > before.min(axis=0)).all(axis=1)
+        if not near.any():
+            yield region
+            return
+        axes = make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        frame = PlaneFrame(np.zeros(3), axes)
+        face = frame.polygon(region.outline, region.holes)
+        distance = float(before[0] @ normal)
+        sections = [
+            self._section(nth, normal, distance, axes) for nth in np.flatnonzero(near).tolist()
+        ]
+        left = find_difference(face, find_union(sections))
+        if left.area > face.area * (1.0 - TOUCH_SHARE):
+            yield region
+            return
+        # neither slivers nor the gaps between boards that touch are anything by themselves
+        left = left.buffer(-touch, join_style="mitre").buffer(touch, join_style="mitre")
+        sd = float(np.hypot(region.corner_sd, touch))
+        for part in shapely.get_parts(left):
+            simple = part.simplify(touch)
+            if isinstance(simple, shapely.Polygon) and simple.area > 0.0:
+                rings = shapely.orient_polygons(simple)
+                outline, holes = frame.lift_rings(rings, region.plane)
+                yield replace(region, outline=outline, holes=holes, corner_sd=sd)
+
+    def _section(
+        self, nth: int, normal: FloatArray, distance: float, axes: FloatArray
+    ) -> shapely.Geometry:
+        """Return the section of a solid by the plane n · x = distance, in the plane's
+        coordinates.
+        """
+        corners = self.surface.triangles[self.triangles[nth]]
+        names, place = np.unique(corners, return_inverse=True)
+        place = place.reshape(corners.shape)
+        points = self.surface.points[names]
+        heights = points @ normal - distance
+        above = (heights > 0.0)[place]
+        # two sides of each triangle that the plane passes through
+        cut = above != np.roll(above, -1, axis=1)
+        one, two = np.sort(np.stack([place[cut], np.roll(place, -1, axis=1)[cut]]), axis=0)
+        # p + t (q - p), the same for both triangles at the side
+        share = heights[one] / (heights[one] - heights[two])
+        flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
+        area = find_enclosed_area(flat.reshape(-1, 2, 2))
+        return shapely.Polygon() if area is None else make_valid(area)

@@ -18,7 +18,7 @@ from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.ragged import iter_groups, joined, sum_by_group
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
-from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
+from facetlog.perception.shapes.meshes.mesh_regions import LargePlane, iter_planes
 from facetlog.perception.shapes.regions.floor_and_walls import (
     ABOVE_SHARE,
     BEYOND,

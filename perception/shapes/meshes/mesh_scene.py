@@ -1,20 +1,25 @@
-"""A mesh as a scene: clean → objects → flat regions → sides → polygons → what is bare → scene."""
+"""A mesh as a scene: clean → objects → flat regions → sides → polygons → what is bare → scene.
 
-from collections.abc import Iterator
+Which side of a piece of surface is outside is found by visibility: the share of free directions. A
+closed sheet's normals point out already. For others the winding does not decide: both sides are
+tested. Each object gets a grid of cubes; for every cube, in 26 directions, it is known whether the
+ray out is free. A side sees the share of the directions in front of it that are free.
+
+- The side that sees more is outside.
+- Where the other sees at least a quarter as much, the piece is a sheet with two sides: a table top
+  of a single layer has an upper and a lower face, the walls of a tray an inner and an outer one. A
+  deep box without a bottom is open below, but its walls see little from inside, and have one side.
+- A piece that sees nothing on either side is inside the object, and is no surface of it. Nor are
+  the walls of gaps narrower than some 2 % of the object, which the grid does not resolve.
+"""
+
 from dataclasses import dataclass, replace
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
-from facetlog.perception.flat_faces import make_plane_axes
-from facetlog.perception.polygons import (
-    find_difference,
-    find_enclosed_area,
-    find_union,
-    make_valid,
-)
 from facetlog.perception.ragged import Indices, iter_groups, sum_by_group
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
@@ -26,13 +31,11 @@ from facetlog.perception.shapes.meshes.clean_mesh import (
     find_boxes_round,
     measure_part_sizes,
 )
-from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
+from facetlog.perception.shapes.meshes.flat_pieces import Piece, find_flat_pieces
+from facetlog.perception.shapes.meshes.mesh_bodies import Solids, find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_surroundings
-from facetlog.perception.shapes.meshes.mesh_planes import cut_off
-from facetlog.perception.shapes.meshes.mesh_regions import find_regions
-from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE, Sides, find_sides
-from facetlog.perception.shapes.meshes.region_polygons import Piece, find_flat_pieces
-from facetlog.perception.shapes.regions.flat_region import FlatRegion, PlaneFrame, Rest
+from facetlog.perception.shapes.meshes.mesh_regions import cut_off, find_regions
+from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, make_unit_vector
 from facetlog.perception.shapes.regions.surface_samples import (
     Samples,
@@ -40,112 +43,145 @@ from facetlog.perception.shapes.regions.surface_samples import (
     sample_triangles,
     thinned,
 )
+from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
 from facetlog.perception.types import FloatArray
-
-# Boards that are laid together are closed sheets that touch or reach into each other. Where one
-# stands on another's face nobody sees that face, and the object has no surface there: a tread is
-# as deep as what the step above leaves of it. So each region loses the sections that other closed
-# sheets have just in front of its plane.
-
-# Boards nearer than this share of the object's size touch; sections lie so far before a plane.
-TOUCH_SHARE = 1e-4
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Solids:
-    """The closed sheets (s,) of a surface: number, object, box from `low` to `high` (s, 3), and
-    which triangles are of each. `sizes` (b,) are those of all objects.
-    """
-
-    surface: Surface
-    numbers: Indices
-    bodies: Indices
-    low: FloatArray
-    high: FloatArray
-    triangles: tuple[Indices, ...]
-    sizes: FloatArray
-
-    @classmethod
-    def of(cls, surface: Surface, bodies: Indices) -> "Solids":
-        """Find the closed sheets of a surface whose triangles (m,) are of these objects."""
-        rows = np.flatnonzero(surface.closed)
-        sizes = np.zeros(int(bodies.max()) + 1)
-        sizes[bodies] = measure_part_sizes(surface.corners, bodies)
-        groups = tuple(rows[own] for own in iter_groups(surface.sheets[rows]))
-        corners = [surface.corners[own].reshape(-1, 3) for own in groups]
-        first = np.array([own[0] for own in groups], dtype=np.intp)
-        return cls(
-            surface,
-            surface.sheets[first],
-            bodies[first],
-            np.array([each.min(axis=0) for each in corners]).reshape(-1, 3),
-            np.array([each.max(axis=0) for each in corners]).reshape(-1, 3),
-            groups,
-            sizes,
-        )
-
-    def iter_uncovered(self, region: FlatRegion, own: Indices) -> Iterator[FlatRegion]:
-        """Yield the parts of a region that no solid of its object covers, but those of the sheets
-        `own`.
-
-        The region is in the surface's frame. It may fall apart, or vanish.
-        """
-        normal, touch = region.plane.normal, TOUCH_SHARE * float(self.sizes[region.body])
-        before = region.outline + touch * normal
-        near = (self.bodies == region.body) & ~np.isin(self.numbers, own)
-        near &= (self.low < before.max(axis=0)).all(axis=1)
-        near &= (self.high > before.min(axis=0)).all(axis=1)
-        if not near.any():
-            yield region
-            return
-        axes = make_plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-        frame = PlaneFrame(np.zeros(3), axes)
-        face = frame.polygon(region.outline, region.holes)
-        distance = float(before[0] @ normal)
-        sections = [
-            self._section(nth, normal, distance, axes) for nth in np.flatnonzero(near).tolist()
-        ]
-        left = find_difference(face, find_union(sections))
-        if left.area > face.area * (1.0 - TOUCH_SHARE):
-            yield region
-            return
-        # neither slivers nor the gaps between boards that touch are anything by themselves
-        left = left.buffer(-touch, join_style="mitre").buffer(touch, join_style="mitre")
-        sd = float(np.hypot(region.corner_sd, touch))
-        for part in shapely.get_parts(left):
-            simple = part.simplify(touch)
-            if isinstance(simple, shapely.Polygon) and simple.area > 0.0:
-                rings = shapely.orient_polygons(simple)
-                outline, holes = frame.lift_rings(rings, region.plane)
-                yield replace(region, outline=outline, holes=holes, corner_sd=sd)
-
-    def _section(
-        self, nth: int, normal: FloatArray, distance: float, axes: FloatArray
-    ) -> shapely.Geometry:
-        """Return the section of a solid by the plane n · x = distance, in the plane's
-        coordinates.
-        """
-        corners = self.surface.triangles[self.triangles[nth]]
-        names, place = np.unique(corners, return_inverse=True)
-        place = place.reshape(corners.shape)
-        points = self.surface.points[names]
-        heights = points @ normal - distance
-        above = (heights > 0.0)[place]
-        # two sides of each triangle that the plane passes through
-        cut = above != np.roll(above, -1, axis=1)
-        one, two = np.sort(np.stack([place[cut], np.roll(place, -1, axis=1)[cut]]), axis=0)
-        # p + t (q - p), the same for both triangles at the side
-        share = heights[one] / (heights[one] - heights[two])
-        flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
-        area = find_enclosed_area(flat.reshape(-1, 2, 2))
-        return shapely.Polygon() if area is None else make_valid(area)
-
 
 # Repair tools and scanners leave slivers behind, by the hundred thousand. Each would be an object
 # with two faces of its own, compared with every other one; of so many no facts are made.
 MANY_PARTS = 1_000
 """Parts that share no corner with others. With two faces each more have too many for facts
 (most_faces.py)."""
+# Samples are half a cube apart, so that no cube that the surface crosses is missed.
+SAMPLES_PER_CUBE = 2.0
+SPACING_SHARE = 1.0 / (CUBES * SAMPLES_PER_CUBE)
+"""How far apart samples lie, as a share of the object's diagonal."""
+# Visibility is tested this far in front of the surface, in cubes: beyond the surface's own.
+STAND_OFF = 1.5
+# Both sides are outside where the lesser sees at least this share of what the greater sees. Within
+# a tray a wall sees 30 %: of nine directions the three that go up over the far wall.
+SHEET_SHARE = 0.25
+# A side that sees less than this share of the directions is not seen; one of 13 is 8 %.
+LEAST_SIGHT = 0.01
+# Surfaces nearer than the stand-off, seen along the normal, that face along it by this cosine.
+FACING = 0.7
+# So many samples of a piece are enough to vote.
+VOTES = 40
+# Of nearest samples so many are looked at: its own piece's come first at the rim.
+NEIGHBOURS = 8
+# Samples of a surface are this near to any place of it, in their spacings: √2 and a bit.
+REACH = 1.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sides:
+    """For each piece (p,): whether to turn normals, whether both sides are faces, whether
+    hidden.
+    """
+
+    turned: NDArray[np.bool_]
+    sheets: NDArray[np.bool_]
+    hidden: NDArray[np.bool_]
+
+
+def find_sides(
+    surface: Surface, samples: Samples, bodies: Indices, pieces: Indices, count: int
+) -> Sides:
+    """Return the outer sides of each of `count` pieces; `bodies`, `pieces` (m,) number each
+    triangle.
+
+    `samples` of the whole surface lie at most SPACING_SHARE of its size apart.
+    """
+    front, back = np.ones(count), np.zeros(count)
+    trusted = np.ones(count, dtype=bool)
+    np.logical_and.at(trusted, pieces, surface.closed)
+    for own in iter_groups(bodies):
+        if len(own) == 1:  # nothing stands before or behind a triangle by itself
+            back[pieces[own]] = 1.0
+            continue
+        names, local = np.unique(pieces[own], return_inverse=True)
+        one_closed = trusted[names].all() and len(np.unique(surface.sheets[own])) == 1
+        if not one_closed:  # a single closed sheet hides nothing of itself
+            if len(own) < len(bodies):
+                corners = surface.points[surface.triangles[own]]
+                low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+                extent = float(np.linalg.norm(high - low))
+                near = sample_triangles(corners, SPACING_SHARE * extent)
+            else:
+                near, extent = samples, surface.size
+            sights = _sights(near, surface.normals[own], local, len(names), extent)
+            front[names], back[names] = sights
+    unseen = (front < LEAST_SIGHT) & (trusted | (back < LEAST_SIGHT))
+    turned = ~trusted & (back > front)
+    sheets = ~trusted & ~unseen & (np.minimum(front, back) >= SHEET_SHARE * np.maximum(front, back))
+    return Sides(turned, sheets, unseen)
+
+
+def _sights(
+    samples: Samples, normals: FloatArray, pieces: Indices, count: int, extent: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return share of free directions (p,) in front of and behind each piece; `extent` is the
+    diagonal.
+
+    Of the triangles that the samples lie on, `normals` (m, 3) and `pieces` (m,).
+    """
+    cube = extent / CUBES
+    free = FreeWays.of(samples.points, cube, margin=STAND_OFF)
+    owner = pieces[samples.triangles]
+    kept, _, areas = thinned(samples.points, samples.areas, owner, cube / SAMPLES_PER_CUBE)
+    points, owner = samples.points[kept], owner[kept]
+    normals = normals[samples.triangles[kept]]
+    tree = cKDTree(points)
+    votes = _choose_some_of_each(owner, count)
+    sights = []
+    for sign in (1.0, -1.0):
+        ahead = sign * normals[votes]
+        seen = free.share(points[votes] + STAND_OFF * cube * ahead, ahead)
+        blocked = _find_faced(tree, points, normals, owner, votes, ahead, cube)
+        seen = np.where(blocked, 0.0, seen)
+        weight = sum_by_group(owner[votes], areas[votes], count)
+        total = sum_by_group(owner[votes], areas[votes] * seen, count)
+        sights.append(total / np.maximum(weight, 1e-300))
+    return sights[0], sights[1]
+
+
+def _choose_some_of_each(owner: Indices, count: int) -> Indices:
+    """Return indices of at most VOTES samples of each piece, spread evenly over them."""
+    order = np.argsort(owner, kind="stable")
+    members = np.bincount(owner, minlength=count)
+    starts = np.cumsum(members) - members
+    nth = np.arange(len(owner)) - starts[owner[order]]
+    step = np.maximum(members // VOTES, 1)[owner[order]]
+    some: Indices = order[nth % step == 0]
+    return some
+
+
+def _find_faced(
+    tree: cKDTree,
+    points: FloatArray,
+    normals: FloatArray,
+    owner: Indices,
+    votes: Indices,
+    ahead: FloatArray,
+    cube: float,
+) -> NDArray[np.bool_]:
+    """Return whether another piece faces this one, nearer than the point where visibility is
+    tested.
+
+    That is the underside of a thin board, which the cubes cannot distinguish from the upper side.
+    """
+    blocked = np.zeros(len(votes), dtype=bool)
+    step = cube / SAMPLES_PER_CUBE
+    reach = REACH * step
+    for nth in range(1, int(np.ceil(STAND_OFF * SAMPLES_PER_CUBE)) + 1):
+        where = points[votes] + nth * step * ahead
+        gaps, found = tree.query(where, k=NEIGHBOURS, distance_upper_bound=reach)
+        known = np.isfinite(gaps)
+        found = np.where(known, found, 0)
+        before = ((points[found] - points[votes][:, None]) * ahead[:, None]).sum(axis=2)
+        facing = np.abs((normals[found] * ahead[:, None]).sum(axis=2)) > FACING
+        other = owner[found] != owner[votes][:, None]
+        blocked |= (known & facing & other & (before > 0.0)).any(axis=1)
+    return blocked
 
 
 def drop_loose_strips(surface: Surface) -> Surface:

@@ -24,8 +24,6 @@ from facetlog.perception.surfaces.drawing.lettering import (
 from facetlog.perception.surfaces.drawing.upright import turn_pixel, upright
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["contact_sheet", "draw_scene"]
-
 # Sizes are for a picture 640 px on its long side and grow with it.
 REFERENCE_PX = 640
 LINE_PX = 1.6

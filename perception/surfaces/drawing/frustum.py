@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 from facetlog.perception.flat_faces import clip_polygon_above
 from facetlog.perception.types import Camera, FloatArray, Pose
 
-__all__ = ["Frustum"]
-
 # Polygons are cut this share of the picture's size outside of it, so that the cut's own edges are
 # never seen, yet pixel coordinates stay small enough for the drawing routines' integers.
 MARGIN = 0.25

@@ -10,8 +10,6 @@ from facetlog.perception.scene import Face, Scene
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["HiddenSurface", "hidden_surface", "is_facing_camera", "project_rings"]
-
 # The buffer needs no more detail than this; a larger picture gets a coarser one.
 MAX_BUFFER_PX = 1280
 SUBPIXEL_BITS = 4

@@ -8,19 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "PAPER",
-    "WHITE",
-    "Colour",
-    "ColourImage",
-    "Lettering",
-    "add_legend",
-    "measure_text",
-    "plain",
-    "wrap",
-    "write",
-]
-
 ColourImage = NDArray[np.uint8]
 Colour = tuple[int, int, int]  # blue, green, red
 

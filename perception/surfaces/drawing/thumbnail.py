@@ -17,8 +17,6 @@ from facetlog.perception.surfaces.drawing.lettering import (
 )
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["choose_tint_colour", "contact_sheet", "put_on_white", "thumbnail"]
-
 SIZE_PX = 240
 SUPERSAMPLED = 2  # drawn so much larger, for smooth outlines
 MARGIN = 0.06  # of the picture's side

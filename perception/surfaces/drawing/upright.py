@@ -6,8 +6,6 @@ import numpy as np
 
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 
-__all__ = ["turn_pixel", "upright"]
-
 # Looked at from straight above a picture has no way up: that is asked for from this sine of the
 # angle between up and the line of sight on (20 degrees).
 LEAST_SINE = 0.34

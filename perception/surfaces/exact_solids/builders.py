@@ -19,8 +19,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import polyhedra
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
 
-__all__ = ["BUILDERS", "Builder", "Kind", "Parameter", "build"]
-
 Kind: TypeAlias = Literal["length", "count", "angle"]
 Length = Annotated[float, "length"]
 Count = Annotated[int, "count"]

@@ -13,8 +13,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import one_object, polyhedron
 from facetlog.perception.types import FloatArray
 
-__all__ = ["cuboid_union"]
-
 # Planes nearer to each other than this are one: vertices are exact to a millimetre.
 LEAST_LENGTH_M = 0.001
 SD_M = 0.001

@@ -14,27 +14,6 @@ from numpy.typing import ArrayLike
 from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, SightLines, Vertex
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "CUBOID_SIDES",
-    "boxes",
-    "chair",
-    "cuboid",
-    "drop_faces",
-    "extrude_profile",
-    "fit_plane_through_loop",
-    "l_block",
-    "moved",
-    "one_object",
-    "polyhedron",
-    "pyramid",
-    "room_corner",
-    "seen_from",
-    "stick_table",
-    "table",
-    "together",
-    "wedge",
-]
-
 UP = (0.0, 0.0, 1.0)
 CUBOID_SIDES = ("bottom", "top", "front", "back", "left", "right")
 """The sides of each cuboid in the order of its faces; front is -y, left is -x."""

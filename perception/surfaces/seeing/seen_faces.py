@@ -22,16 +22,6 @@ from facetlog.perception.scene import Face, FaceSight, Scene, SeenLattice
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray, View
 
-__all__ = [
-    "BEFORE_PX",
-    "NEAREST",
-    "Eye",
-    "Look",
-    "Surface",
-    "choose_points_without_ends",
-    "make_surfaces",
-]
-
 # Points of all lattices together: on a thing of six equal sides they are 1/37 of a side apart, as
 # far as the cells of its space about are, so that views that see a face pass most cells before it.
 MOST_POINTS = 8_000

@@ -10,8 +10,7 @@ from shapely.geometry.base import BaseGeometry
 
 from facetlog.page.inner_point import inner_point
 from facetlog.page.model_view import loose_edges
-from facetlog.perception.pieces.pieces import Piece
-from facetlog.perception.pieces.shown_pieces import SIDES, ShownPieces, compute_box_corners
+from facetlog.perception.pieces.shown_pieces import SIDES, Piece, ShownPieces, compute_box_corners
 from facetlog.perception.polygons import (
     find_difference,
     find_intersection,

@@ -12,8 +12,14 @@ from facetlog.errors import InputError
 from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.pieces.draw_pieces import draw_pieces
 from facetlog.perception.pieces.piece_meshes import export_pieces
-from facetlog.perception.pieces.pieces import SLENDER, THIN, Kind
-from facetlog.perception.pieces.shown_pieces import COLOURS, ShownPieces, compute_box_corners
+from facetlog.perception.pieces.shown_pieces import (
+    COLOURS,
+    SLENDER,
+    THIN,
+    Kind,
+    ShownPieces,
+    compute_box_corners,
+)
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Camera, Pose, View

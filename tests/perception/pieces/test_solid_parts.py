@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from facetlog.perception.pieces.solid_parts import is_convex, join_convex_parts, solid_parts
+from facetlog.perception.pieces.pieces import is_convex, join_convex_parts, solid_parts
 
 Cells = NDArray[np.bool_]
 TURNS = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1)]

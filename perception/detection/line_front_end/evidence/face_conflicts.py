@@ -7,11 +7,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.planes.parallel import PARALLEL_COSINE
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.polygons import find_intersection, find_union, make_polygon
 from facetlog.perception.types import FloatArray
 
+# Within ten degrees faces count as in one plane or opposite each other, and one as upright.
+PARALLEL_COSINE, UPRIGHT_SINE = float(np.cos(np.radians(10.0))), float(np.sin(np.radians(10.0)))
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
 # Two outlines of one plane are alike from this intersection over union on.

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.evidence.half_planes import (
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import (
     MIN_CONSISTENT,
     MIN_INSIDE,
     MIN_WEIGHT,

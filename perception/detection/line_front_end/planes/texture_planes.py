@@ -2,7 +2,8 @@
 
 As RANSAC, but with samples of neighbouring points instead of random ones. A label, a book's cover,
 boards of wood or a wall of stones show points by the dozen and hardly a straight line that two
-views agree on; where the points lie on one plane, there may be a face.
+views agree on; where the points lie on one plane, there may be a face. Such planes that no lines
+propose are added to those of lines.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,8 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.planes.plane_choice import (
+    ChosenPlane,
+    find_same_planes,
+)
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
+    PlaneHypothesis,
+    plane_basis,
+)
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.flat_faces import make_plane_axes, make_ring_sides
 from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
@@ -37,6 +46,8 @@ MIN_POINTS = 6
 # Points are one patch as far as gaps are no wider than once in a thousand by chance: of points as
 # dense as by the upper quartile's third neighbours, a disc of √(log 1000 / 3) their distance.
 THIRD, QUARTILE, GAP = 3, 0.75, float(np.sqrt(np.log(1000.0) / 3.0))
+# A segment whose ends are this near to a plane, px, may bound a face there.
+ON_PLANE_PX = 3.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -259,3 +270,38 @@ def bound_patch(points: FloatArray, normal: FloatArray, along: FloatArray | None
         ring = box @ basis.T
     ring += height * normal
     return make_ring_sides(ring)
+
+
+def add_texture_patches(
+    chosen: Sequence[ChosenPlane],
+    patches: Sequence[TexturePlane],
+    texture: TexturePoints,
+    cloud: LineCloud,
+) -> tuple[ChosenPlane, ...]:
+    """Return the planes chosen by lines, then those of texture patches that are not among them."""
+    planes = list(chosen)
+    for patch in patches:
+        own = to_hypothesis(patch, texture, cloud)
+        if not find_same_planes(own, own.texture, [c.plane for c in planes], cloud.pixel).any():
+            planes.append(ChosenPlane(own, patch.score, patch.sides, _box(own, cloud)))
+    return tuple(planes)
+
+
+def to_hypothesis(patch: TexturePlane, texture: TexturePoints, cloud: LineCloud) -> PlaneHypothesis:
+    """Return the plane of a patch, with its points and the segments that lie on it."""
+    off = np.abs(cloud.segments @ patch.normal - patch.distance).max(axis=1, initial=0.0)
+    lines = np.flatnonzero(off < ON_PLANE_PX * cloud.pixel)
+    covs = texture.covs[patch.points]
+    variance = np.einsum("k,nkl,l->n", patch.normal, covs, patch.normal) + cloud.pixel**2
+    points = texture.points[patch.points]
+    return PlaneHypothesis(patch.normal, patch.distance, lines, points, variance)
+
+
+def _box(plane: PlaneHypothesis, cloud: LineCloud) -> FloatArray:
+    # The sides of a face run along or across its longest line, if it has any.
+    lines = cloud.segments[plane.lines]
+    along = lines[:, 1] - lines[:, 0]
+    if not len(lines):
+        return bound_patch(plane.texture, plane.normal, None)
+    longest = along[largest(np.linalg.norm(along, axis=1))]
+    return bound_patch(plane.texture, plane.normal, longest)

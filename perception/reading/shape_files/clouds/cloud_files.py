@@ -8,18 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from pkgutil import resolve_name
 
-import numpy as np
-
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.clouds.colmap_model import (
     find_colmap_model,
     read_colmap,
 )
-from facetlog.perception.reading.shape_files.clouds.las_points import las_points
-from facetlog.perception.reading.shape_files.clouds.pcd_points import read_pcd_points
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.clouds.point_table import NORMALS, PLACE
-from facetlog.perception.reading.shape_files.clouds.text_points import read_text_points
 from facetlog.perception.reading.shape_files.coordinate_resolution import (
     check_degrees,
     check_resolution,
@@ -27,8 +22,6 @@ from facetlog.perception.reading.shape_files.coordinate_resolution import (
 from facetlog.perception.reading.shape_files.ply_rows import parse_ply_header, read_ply_rows
 from facetlog.perception.reading.shape_files.shape_file import DEFAULT_LIMITS, Limits, ShapeFile
 from facetlog.perception.reading.shape_files.suffixes import CLOUD_READERS
-
-__all__ = ["read_cloud", "read_las", "read_pcd", "read_ply", "read_text"]
 
 _Reader = Callable[[ShapeFile], Cloud]
 
@@ -78,31 +71,3 @@ def read_ply(shape: ShapeFile) -> Cloud:
     normals = next((n for n in found if n is not None), None)
     cloud = Cloud.of(points, normals=normals, name=shape.name)
     return replace(cloud, warnings=(*said, *cloud.warnings))
-
-
-def read_pcd(shape: ShapeFile) -> Cloud:
-    """Return the cloud of a PCD file."""
-    table, viewpoint = read_pcd_points(shape)
-    count = len(table.points)
-    return Cloud.of(
-        table.points,
-        normals=table.normals,
-        name=shape.name,
-        seen_from=None if viewpoint.camera is None else np.tile(viewpoint.camera, (count, 1)),
-        sensor_places=viewpoint.places,
-        world_axes=viewpoint.world_axes,
-    )
-
-
-def read_las(shape: ShapeFile) -> Cloud:
-    """Return the cloud of a LAS or LAZ file."""
-    points, said = las_points(shape)
-    cloud = Cloud.of(points, name=shape.name)
-    return replace(cloud, warnings=(*said, *cloud.warnings))
-
-
-def read_text(shape: ShapeFile) -> Cloud:
-    """Return the cloud of a text file."""
-    table = read_text_points(shape, shape.path.read_bytes())
-    cloud = Cloud.of(table.points, normals=table.normals, name=shape.name)
-    return replace(cloud, warnings=(*table.warnings, *cloud.warnings))

@@ -18,8 +18,6 @@ from facetlog.perception.reading.colmap_files import (
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.safe_read import MOST_SHAPE_BYTES, read_regular
 
-__all__ = ["find_colmap_model", "read_colmap"]
-
 # A point's place, its reprojection error in px, and the pictures that saw it.
 _Point = tuple[tuple[float, float, float], float, tuple[int, ...]]
 

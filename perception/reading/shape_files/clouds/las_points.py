@@ -1,11 +1,16 @@
-"""Points of LAS and LAZ files: their header held against the file's size, then read by laspy.
+"""Clouds in LAS and LAZ files: their header held against the file's size, then read by laspy.
 
-LAZ is read in a process of its own: its decompressor ends the process on damaged data.
+LAZ is read in a process of its own: `python -m …las_points FILE` writes rows of 64-bit x, y, z and
+mark. The decompressor (lazrs) panics, aborts, and makes room for whatever a damaged chunk table
+claims. There that ends nothing else, and memory and time are limited.
 """
 
+import os
 import struct
 import subprocess
+import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,11 +19,10 @@ from typing import Any
 import numpy as np
 
 from facetlog.errors import InputError, make_missing_extra_error
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 from facetlog.python_process import make_importing_environment, make_module_command
-
-__all__ = ["describe_fault", "las_points", "read_las_chunks"]
 
 # LAS 1.4 R15, section 2.4: the public header block, as long as the minor version makes it.
 SIGNATURE = b"LASF"
@@ -37,6 +41,17 @@ POINT, NOISE, WITHHELD = 0, 1, 2
 VLR_BYTES, EVLR_BYTES = 54, 60
 # Points are read so many bytes at a time: a header may claim any number of them, of any size.
 CHUNK_BYTES, ROW_BYTES = 32 << 20, 32
+# To read a LAZ Python, laspy and the chunks of points in work take .6 GB of addresses.
+MOST_BYTES = 2 << 30
+# A second is enough for 5 MB of compressed points; starting takes one.
+SECONDS, BYTES_PER_SECOND = 30, 1 << 20
+
+
+def read_las(shape: ShapeFile) -> Cloud:
+    """Return the cloud of a LAS or LAZ file."""
+    points, said = las_points(shape)
+    cloud = Cloud.of(points, name=shape.name)
+    return replace(cloud, warnings=(*said, *cloud.warnings))
 
 
 def las_points(shape: ShapeFile) -> tuple[FloatArray, tuple[str, ...]]:
@@ -59,7 +74,7 @@ def las_points(shape: ShapeFile) -> tuple[FloatArray, tuple[str, ...]]:
         except (OSError, MemoryError):
             raise
         except Exception as exc:  # readers raise any kind of error on a damaged file
-            raise _make_damage_error(shape, describe_fault(exc)) from exc
+            raise _make_damage_error(shape, _describe_fault(exc)) from exc
     if len(rows) < count:
         raise shape.make_truncation_error(f"has {len(rows)} of {count} points")
     points, marks = rows[:, :3], rows[:, 3]
@@ -96,10 +111,9 @@ def read_las_chunks(path: Path) -> Iterator[FloatArray]:
 
 
 def _read_compressed(shape: ShapeFile) -> FloatArray:
-    """Read a LAZ in a process of its own: the decompressor aborts on damaged data."""
     process = subprocess.run(
         make_module_command(
-            "facetlog.perception.reading.shape_files.clouds.laz_process", str(shape.path)
+            "facetlog.perception.reading.shape_files.clouds.las_points", str(shape.path)
         ),
         stdin=subprocess.DEVNULL,
         capture_output=True,
@@ -116,7 +130,7 @@ def _read_compressed(shape: ShapeFile) -> FloatArray:
     return np.frombuffer(process.stdout, dtype=np.float64).reshape(-1, 4)
 
 
-def describe_fault(exc: BaseException) -> str:
+def _describe_fault(exc: BaseException) -> str:
     """Return what a reader says of a fault, in one line."""
     said = " ".join(str(exc).split())
     return f"{type(exc).__name__} {said}" if isinstance(exc, KeyError) or not said else said
@@ -160,3 +174,36 @@ def _check_header(shape: ShapeFile) -> tuple[int, bool]:
     if not is_compressed and count * point_bytes > size - start:
         raise shape.make_false_claim_error(f"{count} points")
     return count, is_compressed
+
+
+def _write_points(path: Path) -> None:
+    """Write the points of a file to the standard output, or end with the reason on the error."""
+    _set_limits(path.stat().st_size)
+    try:
+        for rows in read_las_chunks(path):
+            sys.stdout.buffer.write(rows.tobytes())
+        sys.stdout.flush()
+    except BaseException as exc:  # a panic is no Exception
+        sys.stderr.write("\n" + _describe_fault(exc))
+        sys.stderr.flush()
+        os._exit(1)
+
+
+def _set_limits(size: int) -> None:
+    """Limit memory, and processor time by the size of the file, where the system can."""
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return
+    for kind, most in (
+        (resource.RLIMIT_AS, MOST_BYTES),
+        (resource.RLIMIT_CPU, SECONDS + size // BYTES_PER_SECOND),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        hard = resource.getrlimit(kind)[1]
+        kept = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (kept, hard))
+
+
+if __name__ == "__main__":
+    _write_points(Path(sys.argv[1]))

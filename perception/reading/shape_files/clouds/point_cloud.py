@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["HUGE", "LEAST_POINTS", "Cloud"]
-
 # Fewer points are no surface: a neighbourhood has 16.
 LEAST_POINTS = 16
 # Coordinates beyond this overflow when they are multiplied three times, as a covariance's are.

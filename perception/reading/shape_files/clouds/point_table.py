@@ -10,15 +10,6 @@ from numpy.typing import NDArray
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "NORMALS",
-    "PLACE",
-    "PointTable",
-    "extract_point_columns",
-    "read_binary_rows",
-    "read_text_rows",
-]
-
 # A number in text takes a digit and a blank.
 LEAST_TEXT_BYTES = 2
 PLACE = ("x", "y", "z")

@@ -1,4 +1,4 @@
-"""Points in text: rows of numbers, with or without the names of their columns above them.
+"""Clouds in text: rows of numbers, with or without the names of their columns above them.
 
 Spreadsheets of half of Europe write 2,39;3,55 and some write 2,39,3,55: where a comma may be either
 a decimal mark or a separator, or part of a number of thousands, the text is refused.
@@ -14,6 +14,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.clouds.point_table import (
     NORMALS,
     PLACE,
@@ -151,6 +152,13 @@ NAME_THEM = 'write the names of the columns above them, as "time x y z"'
 INDEX_FIRST = (
     "the first of {} columns counts the rows: it was taken for an index, the next three for x, y, z"
 )
+
+
+def read_text(shape: ShapeFile) -> Cloud:
+    """Return the cloud of a text file."""
+    table = read_text_points(shape, shape.path.read_bytes())
+    cloud = Cloud.of(table.points, normals=table.normals, name=shape.name)
+    return replace(cloud, warnings=(*table.warnings, *cloud.warnings))
 
 
 def read_text_points(shape: ShapeFile, data: bytes) -> PointTable:

@@ -31,8 +31,6 @@ from facetlog.perception.reading.shape_files.meshes.polygons import fan_triangle
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
-__all__ = ["read_gltf"]
-
 # glTF 2.0, section 3.4: right-handed, +y is up, metres.
 UP = (0.0, 1.0, 0.0)
 # Section 3.7.2.1; points and lines have no surface.

@@ -11,15 +11,6 @@ from facetlog.perception.reading.shape_files.meshes.polygons import triangulate
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "NoTrianglesError",
-    "TriangleList",
-    "cut_polygons",
-    "merge_parts",
-    "move_part",
-    "skin_points",
-]
-
 
 class NoTrianglesError(InputError):
     """The file is sound and has no faces: it may be a point cloud."""

@@ -23,8 +23,6 @@ from facetlog.perception.reading.shape_files.shape_file import DEFAULT_LIMITS, L
 from facetlog.perception.reading.shape_files.suffixes import MESH_READERS
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Limits", "Mesh", "NoTrianglesError", "read_mesh"]
-
 _Reader = Callable[[bytes, ShapeFile], TriangleList]
 
 

@@ -20,8 +20,6 @@ from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
 )
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile, quote_line
 
-__all__ = ["read_obj"]
-
 # Corners are v, v/vt, v//vn or v/vt/vn.
 OTHER_INDICES = re.compile(rb"/[-+\d/]*")
 FREE_FORM = (b"curv", b"curv2", b"surf")

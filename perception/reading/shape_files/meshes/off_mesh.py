@@ -19,8 +19,6 @@ from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
 )
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile, quote_line
 
-__all__ = ["read_off"]
-
 # [ST][C][N][4][n]OFF, then the counts, which ModelNet and others write without a blank between.
 KEYWORD = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)(?:\s+(BINARY))?(?=[\s\d]|$)")
 # A number in text takes a digit and a blank.

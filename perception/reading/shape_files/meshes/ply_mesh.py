@@ -19,8 +19,6 @@ from facetlog.perception.reading.shape_files.ply_rows import (
 )
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 
-__all__ = ["read_ply"]
-
 # Names in use for the list of a face.
 CORNERS = ("vertex_indices", "vertex_index")
 

@@ -14,8 +14,6 @@ from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
 )
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile, quote_line
 
-__all__ = ["read_stl"]
-
 HEADER_BYTES = 84
 # Comments and names before the first solid or facet of text end within this.
 SEEN = 1 << 12

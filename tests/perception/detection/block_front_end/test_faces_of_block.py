@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.block_front_end.correspondence import track_vertices
-from facetlog.perception.detection.block_front_end.face_outlines import track_points
 from facetlog.perception.detection.block_front_end.faces_of_block import (
     block_front_end,
+    track_points,
 )
 from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
 from facetlog.perception.detection.block_front_end.position_labels import (

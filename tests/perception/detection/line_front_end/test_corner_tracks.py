@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     Corners,
     merge_corners,
     track_corners,
     track_outline_corners,
 )
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, Track
 from tests.perception.detection.drawings import project

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
@@ -20,7 +21,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     find_covered_extents,
     measure_line_profiles,
 )
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig

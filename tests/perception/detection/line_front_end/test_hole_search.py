@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.line_front_end.hole_search import find_differing_places
+from facetlog.perception.detection.line_front_end.holes_and_spurs import find_differing_places
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import FloatArray, View

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.corner_tracks import track_ends
-from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
+from facetlog.perception.detection.line_front_end.faces_from_lines import find_loose_edges
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.tour import make_ring_poses

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import inner_points
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
+from facetlog.perception.detection.line_front_end.faces_without_edges import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.scene import Evidence
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.robot.rendering.worlds import make_world

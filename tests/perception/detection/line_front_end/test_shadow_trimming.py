@@ -8,8 +8,8 @@ import shapely
 
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
+from facetlog.perception.detection.line_front_end.holes_and_spurs import remove_spurs
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.shadow_trimming import remove_spurs
 from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig

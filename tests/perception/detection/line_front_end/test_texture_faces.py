@@ -5,9 +5,11 @@ from functools import partial
 
 import numpy as np
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
     find_surface_between,
 )
+from facetlog.perception.detection.line_front_end.faces_without_edges import texture_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     TexturePlane,
@@ -15,8 +17,6 @@ from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     texture_planes,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from tests.perception.detection.line_front_end.printed_disc import (
     RADIUS,

@@ -7,13 +7,13 @@ import cv2
 import numpy as np
 import pytest
 
+from facetlog.perception.detection.line_front_end.candidate_faces import SelectedFace
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import inner_points
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.with_boards import with_boards
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.furniture import bench, shelf

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.pieces.piece_facts import angles_between
 from facetlog.perception.flat_faces import Estimate
-from facetlog.perception.pieces.pieces import Piece
+from facetlog.perception.pieces.shown_pieces import Piece
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import FloatArray
 

@@ -11,8 +11,7 @@ from facetlog.perception.reading.image_sources import Shot
 from facetlog.perception.reading.mat.advice import advice
 from facetlog.perception.reading.mat.fit import FittedCamera, FittedPose
 from facetlog.perception.reading.mat.mat_poses import MatPicture, PlacedPicture
-from facetlog.perception.reading.mat.mats import MATS
-from facetlog.perception.reading.mat.sightings import Sighting
+from facetlog.perception.reading.mat.mats import MATS, Sighting
 from facetlog.robot.tour import make_pose_looking_at
 
 CAMERA = FittedCamera(1000.0, np.array([640.0, 480.0]), np.zeros(5), np.eye(8))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.mat.sightings import sighting
+from facetlog.perception.reading.mat.mats import sighting
 from tests.perception.reading.mat.mat_photos import A3, A4, SMALL, around, photo
 
 POSE = around(6)[1]

@@ -10,8 +10,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.mat.mat_poses import MatSet, find_mat_pictures
-from facetlog.perception.reading.mat.mats import Mat
-from facetlog.perception.reading.mat.sightings import MirroredError, OtherBoardError, sighting
+from facetlog.perception.reading.mat.mats import Mat, MirroredError, OtherBoardError, sighting
 from facetlog.perception.types import Image
 from facetlog.robot.tour import make_ring_poses
 from tests.perception.reading.mat.mat_photos import A4, SMALL, photo, write_photos

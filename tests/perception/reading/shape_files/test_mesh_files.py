@@ -10,11 +10,8 @@ import trimesh
 from trimesh.exchange import gltf, obj, off, ply, stl
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.meshes.mesh_files import (
-    Mesh,
-    NoTrianglesError,
-    read_mesh,
-)
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import NoTrianglesError
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 from facetlog.perception.reading.shape_files.shape_file import Limits
 from tests.perception.reading.shape_files.mesh_measures import (
     AREA,

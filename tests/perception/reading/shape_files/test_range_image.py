@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.reading.shape_files.clouds.range_image import find_camera_centre
+from facetlog.perception.reading.shape_files.clouds.pcd_points import find_camera_centre
 from facetlog.perception.types import FloatArray
 
 HEIGHT, WIDTH, FOCAL = 24, 32, 30.0

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.shapes.clouds.all_sides import compute_least_hidden, covers_all_sides
+from facetlog.perception.shapes.clouds.lines_of_sight import compute_least_hidden, covers_all_sides
 from tests.perception.shapes.sampled_shapes import box_points, turned
 
 NOISE = 0.005

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.shapes.clouds.cloud_levels import find_levels_by_height
+from facetlog.perception.shapes.clouds.cloud_sides import find_levels_by_height
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import boxes_points
 

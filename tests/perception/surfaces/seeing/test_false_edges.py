@@ -9,7 +9,7 @@ import pytest
 
 from facetlog.perception.scene import Edge, Scene, SeenLattice, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.seeing.false_edges import GroundBeside, drop_false_edges
+from facetlog.perception.surfaces.seeing.sights import GroundBeside, drop_false_edges
 from facetlog.perception.types import FloatArray
 
 PITCH = 0.01

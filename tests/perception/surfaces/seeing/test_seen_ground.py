@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.coarse_pictures import gradient
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.scene import SeenLattice
-from facetlog.perception.surfaces.seeing.ground_lattice import GroundLattice
-from facetlog.perception.surfaces.seeing.seen_ground import GroundViews, seen_ground
+from facetlog.perception.surfaces.seeing.seen_ground import GroundLattice, GroundViews, seen_ground
 from facetlog.perception.types import FloatArray, Image, Pose, View
 from tests.perception.detection.drawings import CAMERA, HEIGHT, WIDTH, with_noise
 

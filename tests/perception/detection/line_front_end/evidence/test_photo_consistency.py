@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
+from facetlog.perception.detection.line_front_end.evidence.beside_segments import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import (
     BLOCK,
     GreyLevels,
