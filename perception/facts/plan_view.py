@@ -58,7 +58,7 @@ class Plans:
         seen = outlines.areas > 0.0
         index, outlines = index[seen], outlines.take(seen)
         low, high = outlines.low, outlines.high
-        meet: Bools = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
+        meet = np.all((low[:, None] <= high) & (low <= high[:, None]), axis=2)
         np.fill_diagonal(meet, val=False)
         return cls(table, up, index, outlines, axes, np.argwhere(meet))
 

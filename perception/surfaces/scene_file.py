@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from math import prod
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,7 +165,7 @@ def _make_scene(record: SceneRecord, source: str) -> Scene:
     if any(seen.view >= len(record.views) for v in record.vertices for seen in v.observations):
         raise ValueError("a vertex names a view that the scene does not have")
     posed = [_posed(r, i, source) for i, r in enumerate(record.cameras)]
-    others = {
+    others: dict[str, Any] = {
         "poses": tuple(pose for _, pose in posed),
         "sights": tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
         "cameras": tuple(camera for camera, _ in posed),
