@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.perception.facts.drawing_facts import find_flat_edges
+from facetlog.perception.facts.part_facts import find_flat_edges
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.visible_lines import visible_lines

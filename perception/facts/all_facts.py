@@ -12,7 +12,7 @@ from itertools import repeat
 
 import numpy as np
 
-from facetlog.perception.facts import drawing_facts, part_facts, thing_facts
+from facetlog.perception.facts import part_facts, thing_facts
 from facetlog.perception.facts.fact_kinds import ArgumentKind
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
 from facetlog.perception.facts.named_rows import (
@@ -130,7 +130,7 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, CollectedFacts], None], tuple[str, ...
     (thing_facts.unseen_facts, ("unseen_towards",)),
     (thing_facts.shelf_facts, ("shelves_below", "shelves_unseen")),
     (piece_facts.piece_facts, tuple(kind.functor for kind in PIECE_KINDS)),
-    (drawing_facts.drawing_facts, ("junction", "line_at", "contour")),
+    (part_facts.drawing_facts, ("junction", "line_at", "contour")),
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts.all_facts import facts_on_demand
-from facetlog.perception.facts.drawing_facts import drawing_rows
+from facetlog.perception.facts.part_facts import drawing_rows
 from facetlog.perception.line_drawing import LineDrawing
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import (

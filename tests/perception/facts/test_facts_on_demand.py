@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from shapely.errors import GEOSException
 
-from facetlog.perception.facts import drawing_facts
+from facetlog.perception.facts import part_facts
 from facetlog.perception.facts.all_facts import facts_on_demand
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Pose
@@ -27,7 +27,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise GEOSException("side location conflict")
 
-    monkeypatch.setattr(drawing_facts, "drawing_rows", fail)
+    monkeypatch.setattr(part_facts, "drawing_rows", fail)
 
 
 @pytest.mark.usefixtures("failing")

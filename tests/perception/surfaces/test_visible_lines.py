@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.drawing_facts import find_flat_edges
+from facetlog.perception.facts.part_facts import find_flat_edges
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import Junction
 from facetlog.perception.scene import Scene
