@@ -1,6 +1,5 @@
 """`facetlog doctor`: tell which of the things that facetlog needs are installed."""
 
-import importlib.metadata
 import json
 import os
 import re
@@ -98,9 +97,11 @@ def _check_prolog() -> Finding:
 
 def _list_requirements() -> list[str]:
     """Return the requirements in facetlog's metadata; none where it runs from a checkout alone."""
+    from importlib import metadata  # loaded on demand: it is slow to load
+
     try:
-        return importlib.metadata.requires("facetlog") or []
-    except importlib.metadata.PackageNotFoundError:
+        return metadata.requires("facetlog") or []
+    except metadata.PackageNotFoundError:
         return []
 
 
@@ -127,9 +128,11 @@ def _parse_name(requirement: str) -> str:
 
 
 def _find_version(name: str) -> str | None:
+    from importlib import metadata  # loaded on demand: it is slow to load
+
     try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
         return None
 
 

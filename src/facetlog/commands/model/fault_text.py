@@ -3,13 +3,16 @@
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from facetlog import __version__
-from facetlog.grammar.faults import Fault, Fix, Severity
-from facetlog.grammar.source import Source
 from facetlog.plain_text import plain_text
 from facetlog.plurals import many
 from facetlog.terminal import shortened
+
+if TYPE_CHECKING:
+    from facetlog.grammar.faults import Fault, Fix
+    from facetlog.grammar.source import Source
 
 __all__ = [
     "count_errors",
@@ -32,18 +35,20 @@ def plain(line: str) -> str:
     return "".join(c if c.isprintable() or c == "\t" else "\ufffd" for c in plain_text(line))
 
 
-def distinct(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+def distinct(faults: "Iterable[Fault]") -> "tuple[Fault, ...]":
     """Return the faults, each once: a file that several use has them only once."""
     found = {(f.source.name, f.span, f.code, f.message): f for f in faults}
     return tuple(found.values())
 
 
-def count_errors(faults: Sequence[Fault]) -> int:
+def count_errors(faults: "Sequence[Fault]") -> int:
     """Count the faults that keep a model from being used."""
+    from facetlog.grammar.faults import Severity  # loaded on demand
+
     return sum(fault.severity is Severity.ERROR for fault in faults)
 
 
-def _summarize(files: Sequence[Path], faults: Sequence[Fault]) -> str:
+def _summarize(files: Sequence[Path], faults: "Sequence[Fault]") -> str:
     errors = count_errors(faults)
     warnings = len(faults) - errors
     if not faults:
@@ -53,17 +58,17 @@ def _summarize(files: Sequence[Path], faults: Sequence[Fault]) -> str:
     return f"{many(len(files), 'file')}, {' and '.join(said)}"
 
 
-def format_faults_text(files: Sequence[Path], faults: Sequence[Fault]) -> str:
+def format_faults_text(files: Sequence[Path], faults: "Sequence[Fault]") -> str:
     """Format each fault with its place, line and carets, then one line that counts them."""
     return "\n".join([*_format_lines(faults), _summarize(files, faults)])
 
 
-def _format_lines(faults: Iterable[Fault]) -> Iterator[str]:
+def _format_lines(faults: "Iterable[Fault]") -> Iterator[str]:
     for fault in faults:
         yield from (plain(shortened(line)) for line in fault.lines())
 
 
-def format_faults_json(files: Sequence[Path], faults: Sequence[Fault]) -> str:
+def format_faults_json(files: Sequence[Path], faults: "Sequence[Fault]") -> str:
     """Format the faults as one JSON object; lines and columns count from 1, in characters."""
     errors = count_errors(faults)
     data = {
@@ -77,12 +82,12 @@ def format_faults_json(files: Sequence[Path], faults: Sequence[Fault]) -> str:
     return json.dumps(data, indent=1)
 
 
-def list_faults(faults: Iterable[Fault]) -> list[dict[str, object]]:
+def list_faults(faults: "Iterable[Fault]") -> list[dict[str, object]]:
     """Convert each fault to plain data."""
     return [_convert_fault(fault) for fault in faults]
 
 
-def _convert_fault(fault: Fault) -> dict[str, object]:
+def _convert_fault(fault: "Fault") -> dict[str, object]:
     line, column = fault.source.get_line_and_column(fault.span.start)
     end_line, end_column = fault.source.get_line_and_column(fault.span.end)
     return {
@@ -99,7 +104,7 @@ def _convert_fault(fault: Fault) -> dict[str, object]:
     }
 
 
-def _convert_fix(source: Source, fix: Fix) -> dict[str, object]:
+def _convert_fix(source: "Source", fix: "Fix") -> dict[str, object]:
     edits = []
     for edit in fix.edits:
         line, column = source.get_line_and_column(edit.span.start)
