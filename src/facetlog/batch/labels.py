@@ -12,7 +12,6 @@ from facetlog.grammar.checking.model import RESERVED_NAMES
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.plurals import many
-from facetlog.query_shell.words import nearest
 from facetlog.safe_read import read_regular_text
 
 NONE = "none"
@@ -132,6 +131,8 @@ def iter_unknown_labels(
     >>> list(iter_unknown_labels(["bxo", "lamp", "box"], ["box"], {}))  # doctest: +ELLIPSIS
     ["label 'bxo' is no model: did you mean box? It counts as none", '1 other label ... none: lamp']
     """
+    from facetlog.query_shell.words import nearest  # loaded on demand
+
     strange = [label for label in dict.fromkeys(labels) if label not in (*models, NONE)]
     others = []
     for label in strange:
