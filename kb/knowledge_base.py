@@ -33,7 +33,11 @@ from facetlog.kb.engine.transport import (
     leave,
     scene_module,
 )
-from facetlog.kb.explaining.decode_verdict import decode_verdict, decode_verdicts
+from facetlog.kb.explaining.decode_verdict import (
+    decode_explained,
+    decode_verdict,
+    decode_verdicts,
+)
 from facetlog.kb.explaining.origin import Origin
 from facetlog.kb.explaining.records import decode_record
 from facetlog.kb.explaining.sight import Sight
@@ -254,7 +258,8 @@ class KnowledgeBase(Closing):
     ) -> Verdict:
         """Return the verdict on the best assignment that agrees with `parts` (role to face).
 
-        Of one thing, or of whichever fits best; without confidence if parts are given. Raises
+        Of one thing, or of whichever fits best; without confidence if parts are given. Of a role
+        that is a set, the verdict's `asked` says whether that face belongs to it. Raises
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._build_subject_terms(model, thing, parts))
@@ -289,7 +294,8 @@ class KnowledgeBase(Closing):
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._request_explanation(operation, scene, about)
-        verdict = decode_verdict(answer, length_unit=self._scene(scene).length_unit)
+        decode = decode_explained if operation == "why" else decode_verdict
+        verdict = decode(answer, length_unit=self._scene(scene).length_unit)
         rules = self._model(verdict.model)
         others = rules.rather_than.get(verdict.model, ())
         return replace(verdict, rather_than=others, own=rules.own)

@@ -55,6 +55,9 @@ def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
     if proof.name == "implies":
         yield from _iter_implication_steps(proof, length_unit, depth)
         return
+    if proof.other_shape:
+        yield Step(depth, f"{MARKS[proof.state]} {proof.sentence(length_unit)}")
+        return
     joins = _joins(proof)
     if not joins:
         yield Step(depth, f"{MARKS[proof.state]} {proof.sentence(length_unit)}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from facetlog.kb.explaining.best_first import best_first
+from facetlog.kb.explaining.near import AskedMember, NearMember, list_nearest
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.unseen import Unseen
@@ -57,7 +58,8 @@ class Condition:
     """One line of a model: its label, the author's reason, and the proof of it.
 
     `text` is the line as the author wrote it and `place` where it stands ('table.model:9'); both
-    are empty where the file does not say.
+    are empty where the file does not say. `near` is what comes nearest to its sets, the nearest
+    first, where somebody asked why it does not hold.
     """
 
     label: str
@@ -65,6 +67,7 @@ class Condition:
     proof: Proof
     place: str = ""
     text: str = ""
+    near: tuple[NearMember, ...] = field(default=(), compare=False)
 
     @property
     def said(self) -> str:
@@ -101,8 +104,12 @@ class Condition:
             "state": self.proof.state.value,
             "degree": [self.proof.low, self.proof.high],
             "because": None if found is None else found.to_json(length_unit, measured=measured),
+            **({"nearest": nearest} if (nearest := self._near_to_json(length_unit)) else {}),
             **({"proof": self.proof.to_json()} if full else {}),
         }
+
+    def _near_to_json(self, length_unit: str | None) -> list[dict[str, Any]]:
+        return [near.to_json(length_unit) for near in list_nearest(self.near)]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -148,6 +155,8 @@ class Verdict:
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
     """Why parts may have been missed and from where they could be seen, if someone asked why it
     does not hold."""
+    asked: tuple[AskedMember, ...] = field(default=(), compare=False)
+    """What was asked of the members of sets."""
 
     def __repr__(self) -> str:
         # With its proof it would fill pages.

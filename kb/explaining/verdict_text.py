@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from facetlog.kb.explaining.amounts import choose_unit_for, deviation, measured
 from facetlog.kb.explaining.margins import margin
 from facetlog.kb.explaining.measure_words import describe_height, replace_faces_by_roles
+from facetlog.kb.explaining.near import format_nearest
 from facetlog.kb.explaining.proof import MARKS, Comparison, Nearness, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
@@ -210,11 +211,13 @@ def _iter_conditions(lines: "Iterable[Condition]", length_unit: str | None) -> I
         if texts in given:
             yield _format_condition(line, ("for the same reason",))
         else:
-            yield from _iter_condition_lines(line, texts)
+            yield from _iter_condition_lines(line, texts, length_unit)
         given.add(texts)
 
 
-def _iter_condition_lines(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
+def _iter_condition_lines(
+    line: "Condition", texts: tuple[str, ...], length_unit: str | None
+) -> Iterator[str]:
     """Return the condition and the reason for its state: the whole of one that fails, is open, or
     compares a measure with limits, which may take a line of its own."""
     found = reason(line.proof)
@@ -228,6 +231,9 @@ def _iter_condition_lines(line: "Condition", texts: tuple[str, ...]) -> Iterator
     else:
         yield _format_condition(line, ())
         yield _choose_fitting_text(f"      {text}" for text in texts)
+    nearest = format_nearest(line.near, length_unit)
+    if nearest:
+        yield _choose_fitting_text(f"      {text}" for text in nearest)
 
 
 def _open_because(line: "Condition", cause: str) -> bool:

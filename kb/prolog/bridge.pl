@@ -178,9 +178,9 @@ result("forget_base", Text, true) :-
     unname_models(Base, _).
 result("judge", Text, Verdict) :-
     explained(Text, judge(Module, Model, Thing), judge(Module, Model, Thing, Verdict)).
-result("why", Text, Verdict) :-
+result("why", Text, Explained) :-
     explained(Text, why(Module, Model, Things, Given),
-              why(Module, Model, Things, Given, Verdict)).
+              why(Module, Model, Things, Given, Explained)).
 result("why_not", Text, Verdicts) :-
     explained(Text, why_not(Module, Model, Things, Given, Count),
               why_not(Module, Model, Things, Given, Count, Verdicts)).

@@ -119,13 +119,19 @@ def why(session: Session, scene: str, about: About, *, full: bool = False) -> Ex
     faces = tuple(dict.fromkeys(f for part in verdict.parts for f in part.faces)) if full else ()
     origins = {face: session.base.origin(scene, face) for face in faces}
     unit = session.base.scenes[scene].length_unit
+    members = [member.to_json(unit) for member in verdict.asked]
     lines = [*verdict.lines(full=full)]
+    if verdict.asked:
+        holds = all(member.state is State.HOLDS for member in verdict.asked)
+        asked = (line for m in verdict.asked for line in m.lines(verdict.length_unit))
+        lines = [*asked, *(lines if full else lines[:2])]
     for found in origins.values():
         lines.extend(found.lines(full=True, length_unit=unit))
     data = {
         "schema": WHY,
         "scene": scene,
         "verdict": verdict.to_json(full=full),
+        **({"members": members} if members else {}),
         **({"origins": {f: o.to_json() for f, o in origins.items()}} if full else {}),
     }
     hint = "" if holds else f"{about.model} shows what else comes near"
