@@ -242,10 +242,13 @@ class KnowledgeBase(Closing):
             replies = self._pool.replies("query", text, seconds=limits.seconds)
         return _read_answers(replies, goal)
 
-    def judge(self, scene: str, model: str, thing: str) -> Verdict:
-        """Return the verdict of a model on a thing of a scene: the best assignment of its parts."""
+    def judge(self, scene: str, model: str, thing: str, *, near: bool = False) -> Verdict:
+        """Return the verdict of a model on a thing of a scene: the best assignment of its parts.
+
+        With `near` its conditions have what comes nearest to their sets.
+        """
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
-        verdict = self._verdict("judge", scene, about)
+        verdict = self._verdict("judge_near" if near else "judge", scene, about)
         return self._add_confidence(verdict, scene)
 
     def why(

@@ -34,6 +34,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
+:- use_module(facetlog_kb(members)).
 :- use_module(facetlog_kb(origin)).
 :- use_module(facetlog_kb(sight)).
 :- use_module(facetlog_kb(ask)).
@@ -178,6 +179,9 @@ result("forget_base", Text, true) :-
     unname_models(Base, _).
 result("judge", Text, Verdict) :-
     explained(Text, judge(Module, Model, Thing), judge(Module, Model, Thing, Verdict)).
+result("judge_near", Text, Verdict) :-
+    explained(Text, judge_near(Module, Model, Thing),
+              ( judge(Module, Model, Thing, Verdict0), add_near(Module, Verdict0, Verdict) )).
 result("why", Text, Explained) :-
     explained(Text, why(Module, Model, Things, Given),
               why(Module, Model, Things, Given, Explained)).

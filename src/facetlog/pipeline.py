@@ -316,9 +316,10 @@ def recognize_views(
     method: Method = DEFAULT_METHOD,
     progress: Progress | None = None,
     clock: StepClock,
+    near: bool = False,
 ) -> Recognised:
     """Find scene, facts and verdicts for the views, by the models of `base` (else the built-in
-    ones).
+    ones); `near` as for `judge_loaded_scene`.
     """
     from facetlog.kb.recognize import judge_loaded_scene
 
@@ -330,7 +331,7 @@ def recognize_views(
         models = base or stack.enter_context(open_models())
         load_scene(models, scene, facts)
         try:
-            recognition = judge_loaded_scene(models, scene.name)
+            recognition = judge_loaded_scene(models, scene.name, near=near)
         finally:
             models.drop_scene(scene.name)
     return Recognised(view_set, scene, facts, recognition, clock, scale)

@@ -107,11 +107,20 @@ class ReasonRecord(_MeasuredRecord):
     more: NonNegativeInt
 
 
+class NearRecord(_Record):
+    """What comes nearest to a set: no member, or one of too many, and why."""
+
+    name: str
+    state: State
+    because: ReasonRecord | None
+
+
 class ConditionRecord(_Record):
     """A condition of the model: the author's reason, its place, its state, and what decided that.
 
     `because` is null where it holds because it does not apply to such a thing. `text`, the line as
-    it is written, and `proof` are there with --full.
+    it is written, and `proof` are there with --full; `nearest`, those that miss alike, of near
+    misses.
     """
 
     label: str
@@ -121,6 +130,7 @@ class ConditionRecord(_Record):
     state: State
     degree: tuple[Share, Share]
     because: ReasonRecord | None
+    nearest: tuple[NearRecord, ...] = ()
     proof: ProofRecord | None = None
 
 

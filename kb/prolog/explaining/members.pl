@@ -120,10 +120,14 @@ single_tests(Test, Module, Tests) :-
 %   Roles are the names of the sets of Model.
 
 set_roles(Module, Model, Roles) :-
-    (   current_predicate(Module:group/5)
-    ->  findall(Role, clause(Module:group(Model, _, _, Role, _), _), Roles)
-    ;   Roles = []
-    ).
+    findall(Role, set_clause(Module, Model, _, _, Role, _, _, _, _), Roles).
+
+%   What the model language compiles a set to: Before finds Members, and Test says which X of these are
+%   of the set.
+set_clause(Module, Model, Thing, Parts, Role, Before, X, Members, Test) :-
+    current_predicate(Module:group/5),
+    clause(Module:group(Model, Thing, Parts, Role, _),
+           ( Before, findall(X, ( member(X, Members), holds(Test) ), _) )).
 
 %!  asked_member(+Module, +Model, +Thing, +Parts, +Role, +Name, -Asked) is det.
 %
@@ -137,8 +141,7 @@ asked_member(Module, Model, Thing, Parts, Role, Name, asked(Role, Name, Played, 
     pairs_keys_values(Roled, Roles, Parts),
     findall(Other, ( member(Other-Part, Roled), ( Part == Name ; is_list(Part), memberchk(Name, Part) ) ),
             Played),
-    clause(Module:group(Model, Thing, Parts, Role, _),
-           ( Before, findall(X, ( member(X, Members), holds(Test) ), _) )),
+    set_clause(Module, Model, Thing, Parts, Role, Before, X, Members, Test),
     !,
     run(Before, Module),
     (   ( Played \== [] ; memberchk(Name, Members) )

@@ -318,7 +318,7 @@ def _recognize(
     with judging.open_base() as base, show_progress() as progress:
         view_set = read_views(progress=progress, clock=clock)
         found: Recognised = recognize_views(
-            view_set, base=base, method=method, progress=progress, clock=clock
+            view_set, base=base, method=method, progress=progress, clock=clock, near=True
         )
         if output.out is not None:
             write_report(output.out, found, full=output.full, progress=progress)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 
 from facetlog import __version__
+from facetlog.kb.explaining.near import format_nearest
 from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
 from facetlog.kb.explaining.verdict_text import format_holding, format_parts, format_sizes, mark
@@ -181,6 +182,7 @@ def _condition(
     proof = condition.proof
     space = spaces.get(verdict.thing)
     open_space = (space,) if space and condition.may_be_settled else ()
+    nearest = format_nearest(condition.near, verdict.length_unit)[:1]
     return {
         "state": STANDS[proof.state],
         "mark": mark(condition),
@@ -188,7 +190,10 @@ def _condition(
         "said": condition.said,
         "degree": f"{proof.low:.0%}",
         "origin": condition.origin,
-        "steps": _tree(steps(proof, verdict.length_unit), open_space),
+        "steps": [
+            *_tree(steps(proof, verdict.length_unit), open_space),
+            *({**_mark_names(text), "steps": []} for text in nearest),
+        ],
     }
 
 
