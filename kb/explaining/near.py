@@ -1,12 +1,12 @@
 """What comes nearest to a set that has too few or too many members, and whether one is a member."""
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from facetlog.kb.explaining.proof import NOISE_SDS, Comparison, Proof, State
 from facetlog.kb.explaining.reasons import reason
-from facetlog.kb.explaining.trace import trace
 from facetlog.kb.explaining.wording import add_article, listed, runs
 
 __all__ = ["AskedMember", "NearMember", "format_nearest", "list_nearest"]
@@ -23,33 +23,48 @@ class NearMember:
     sort: str
     name: str
     proof: Proof
+    within: "tuple[NearMember, ...]" = ()
 
     def texts(self, length_unit: str | None) -> tuple[str, ...]:
         """Return why it is a member or not, from the longest text to the shortest."""
+        if self.within:
+            return format_nearest(self.within, length_unit)
         return _list_texts(self.name, self.proof, length_unit)
 
     def is_like(self, other: "NearMember") -> bool:
         """Return whether both miss the same condition by about the same."""
-        one, two = (_find_step(near.proof) for near in (self, other))
-        words = [
-            (step.detail.measure if isinstance(step.detail, Comparison) else step.test).replace(
-                near.name, ""
-            )
-            for step, near in ((one, self), (two, other))
-        ]
-        if words[0] != words[1]:
+        steps = [(near.name, _find_step(near.proof)) for near in (self, other)]
+        one, two = (
+            (step.other_shape, re.sub(rf"\b{re.escape(name)}\b", "", step.test))
+            for name, step in steps
+        )
+        if one != two:
             return False
-        if not (isinstance(one.detail, Comparison) and isinstance(two.detail, Comparison)):
+        gaps = [(_measure_gap(c), c.sd) for _, step in steps if (c := step.comparison) is not None]
+        if len(gaps) < len(steps):
             return True
-        misses = [c.shortfall.amount if c.shortfall else 0.0 for c in (one.detail, two.detail)]
-        noise = NOISE_SDS * max(one.detail.sd, two.detail.sd)
-        return abs(misses[0] - misses[1]) <= max(ABOUT * max(misses), noise)
+        noise = NOISE_SDS * max(sd for _, sd in gaps)
+        least, most = sorted(gap for gap, _ in gaps)
+        return most - least <= max(ABOUT * most, noise)
 
     def to_json(self, length_unit: str | None) -> dict[str, Any]:
         """Return the name and the reason as plain data."""
         found = reason(self.proof)
         because = None if found is None else found.to_json(length_unit)
-        return {"name": self.name, "state": self.proof.state.value, "because": because}
+        within = [near.to_json(length_unit) for near in list_nearest(self.within)]
+        return {
+            "name": self.name,
+            "state": self.proof.state.value,
+            "because": because,
+            **({"nearest": within} if within else {}),
+        }
+
+
+def _measure_gap(comparison: Comparison) -> float:
+    """Return how far a value is from the limit that it misses, or from the nearest one."""
+    if comparison.shortfall is not None:
+        return comparison.shortfall.amount
+    return min((abs(edge - comparison.value) for edge in comparison.within.edges), default=0.0)
 
 
 def _find_step(proof: Proof) -> Proof:
@@ -101,17 +116,18 @@ class AskedMember:
         """Whether it is a member."""
         return State.FAILS if self.played else self.proof.state
 
-    def lines(self, length_unit: str | None) -> Iterator[str]:
-        """Return whether it is a member and why, then a line for each of the set's conditions."""
-        why = _list_texts(self.name, self.proof, length_unit)[0]
+    def texts(self, length_unit: str | None) -> tuple[str, ...]:
+        """Return whether it is a member and why, from the longest text to the shortest."""
         said = {
             State.HOLDS: f"{self.name} is {add_article(self.role)}",
             State.FAILS: f"{self.name} is no {self.role}",
             State.UNKNOWN: f"{self.name} may be {add_article(self.role)}",
         }[self.state]
-        why = f"it is the {listed(self.played)}" if self.played else why
-        yield f"{said}: {why.removeprefix(f'{self.name} is no {self.role}: ')}"
-        yield from (f"  {line}" for line in trace(self.proof, length_unit))
+        if self.played:
+            return (f"{said}: it is the {listed(self.played)}",)
+        shape = re.compile(rf"^{re.escape(self.name)} is no \w+: (?=it is)")
+        whys = _list_texts(self.name, self.proof, length_unit)
+        return *(f"{said}: {shape.sub('', why)}" for why in whys), said
 
     def to_json(self, length_unit: str | None) -> dict[str, Any]:
         """Return the answer as plain data, with the whole proof."""
@@ -120,6 +136,6 @@ class AskedMember:
             "name": self.name,
             "state": self.state.value,
             "played": list(self.played),
-            "text": next(self.lines(length_unit)),
+            "text": self.texts(length_unit)[0],
             "proof": self.proof.to_json(),
         }

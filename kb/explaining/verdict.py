@@ -90,6 +90,12 @@ class Condition:
         step = None if found is None else found.step.detail
         return not (isinstance(step, Note) and step.cause in LOOKING_SETTLES_NOT)
 
+    @property
+    def nearest(self) -> tuple[NearMember, ...]:
+        """What comes nearest to its sets, if it is one of these that decides."""
+        found = reason(self.proof)
+        return self.near if found is not None and found.step.name in ("counted", "any") else ()
+
     def to_json(
         self, length_unit: str | None, *, full: bool = False, measured: bool = True
     ) -> dict[str, Any]:
@@ -104,12 +110,12 @@ class Condition:
             "state": self.proof.state.value,
             "degree": [self.proof.low, self.proof.high],
             "because": None if found is None else found.to_json(length_unit, measured=measured),
-            **({"nearest": nearest} if (nearest := self._near_to_json(length_unit)) else {}),
+            **({"nearest": nearest} if (nearest := self._nearest_to_json(length_unit)) else {}),
             **({"proof": self.proof.to_json()} if full else {}),
         }
 
-    def _near_to_json(self, length_unit: str | None) -> list[dict[str, Any]]:
-        return [near.to_json(length_unit) for near in list_nearest(self.near)]
+    def _nearest_to_json(self, length_unit: str | None) -> list[dict[str, Any]]:
+        return [near.to_json(length_unit) for near in list_nearest(self.nearest)]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -247,9 +253,13 @@ class Verdict:
                 )
                 for c in self.conditions
             ],
+            **({"asked": asked} if (asked := self._asked_to_json()) else {}),
             **({"assumed": self.assumed} if self.assumed else {}),
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
+
+    def _asked_to_json(self) -> list[dict[str, Any]]:
+        return [member.to_json(self.length_unit) for member in self.asked]
 
     def _iter_least_shortfalls(self) -> Iterator[dict[str, Any]]:
         """Yield the shortfalls of each condition: the least of each measure, and each once."""

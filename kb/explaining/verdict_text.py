@@ -133,12 +133,18 @@ def _list_reason_groups(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
 def iter_verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
     """Return the verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
 
+    Where members of sets are asked about, these come first, and of the rest only its first lines.
     Conditions that hold because they do not apply to such a thing are counted. Where the verdict
     does not hold, all that hold are.
     """
+    for member in verdict.asked:
+        yield _choose_fitting_text(member.texts(verdict.length_unit))
+        yield from (f"  {line}" for line in trace(member.proof, verdict.length_unit))
     yield summary(verdict) if full else format_summary_line(verdict)
     if verdict.parts:
         yield from _iter_part_lines(verdict, full=full)
+    if verdict.asked and not full:
+        return
     if verdict.sizes:
         yield from _sizes(verdict)
     if full:
@@ -231,7 +237,7 @@ def _iter_condition_lines(
     else:
         yield _format_condition(line, ())
         yield _choose_fitting_text(f"      {text}" for text in texts)
-    nearest = format_nearest(line.near, length_unit)
+    nearest = format_nearest(line.nearest, length_unit)
     if nearest:
         yield _choose_fitting_text(f"      {text}" for text in nearest)
 

@@ -108,11 +108,15 @@ class ReasonRecord(_MeasuredRecord):
 
 
 class NearRecord(_Record):
-    """What comes nearest to a set: no member, or one of too many, and why."""
+    """What comes nearest to a set: no member, or one of too many, and why.
+
+    `nearest` is there where it lacks nothing but members of a set of its own.
+    """
 
     name: str
     state: State
     because: ReasonRecord | None
+    nearest: tuple["NearRecord", ...] = ()
 
 
 class ConditionRecord(_Record):

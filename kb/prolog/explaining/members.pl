@@ -23,8 +23,9 @@ most_near(20).
 %!  add_near(+Module, +Verdict0, -Verdict) is det.
 %
 %   Each condition of Verdict0 (judge.pl) that does not hold gets a further argument: a list of
-%   near(Sort, Member, Proof), the nearest first. Sort is `few` for what is no member and could be one,
-%   `many` for members of which there are too many, first those that the least change would make none.
+%   near(Sort, Member, Proof, Within), the nearest first. Sort is `few` for what is no member and could be
+%   one, `many` for members of which there are too many, first those that the least change would make
+%   none. Within is such a list where a member lacks nothing but members of sets of its own.
 
 add_near(Module, Verdict0, Verdict) :-
     Verdict0 = verdict(Model, Thing, S, L, H, Roled, Sizes, Conditions0, Also, General),
@@ -73,7 +74,7 @@ form_set(at_least_of(_, X, Groups, Test), few, X, Members, Test) :- append(Group
 form_set(some(X, Members, Test), few, X, Members, Test).
 form_set(at_most_of(_, X, Groups, Test), many, X, Members, Test) :- append(Groups, Members).
 
-near_form(Form, Module, near(Sort, Member, Proof)) :-
+near_form(Form, Module, near(Sort, Member, Proof, Within)) :-
     form_set(Form, Sort, X, Members, Test),
     state(Form, Module, State),
     ( Sort == few -> State \== holds ; State == fails ),
@@ -90,7 +91,13 @@ near_form(Form, Module, near(Sort, Member, Proof)) :-
     length(Near, Shown),
     append(Near, _, All),
     member(Member-Instance, Near),
-    evaluate(Instance, Module, Proof).
+    evaluate(Instance, Module, Proof),
+    single_tests(Instance, Module, Tests),
+    findall(One, ( member(One, Tests), \+ state(One, Module, holds) ), Lacking),
+    (   forall(member(One, Lacking), form_set(One, few, _, _, _))
+    ->  findall(Near1, ( member(One, Lacking), near_form(One, Module, Near1) ), Within)
+    ;   Within = []
+    ).
 
 %   First what fails in the fewest tests, of these what fails by the least; of members the least probable.
 near_rank(few, Test, Module, rank(Failing, Miss)) :-

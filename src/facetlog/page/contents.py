@@ -182,7 +182,7 @@ def _condition(
     proof = condition.proof
     space = spaces.get(verdict.thing)
     open_space = (space,) if space and condition.may_be_settled else ()
-    nearest = format_nearest(condition.near, verdict.length_unit)[:1]
+    nearest = format_nearest(condition.nearest, verdict.length_unit)[:1]
     return {
         "state": STANDS[proof.state],
         "mark": mark(condition),

@@ -111,27 +111,23 @@ def make_unknown_subject_error(
 def why(session: Session, scene: str, about: About, *, full: bool = False) -> Explanation:
     """Explain why the model holds for what fits it best; if it does not, what is missing.
 
-    With `full` by its whole proof, and where each face comes from, down to pixels. Raises
-    QueryError for a model, a thing, a part or a face that there is not.
+    Of parts that are given for sets, whether they belong to them. With `full` by its whole proof,
+    and where each face comes from, down to pixels. Raises QueryError for a model, a thing, a part
+    or a face that there is not.
     """
     verdict = session.base.why(scene, about.model, thing=about.thing, parts=about.parts)
-    holds = verdict.state is State.HOLDS
+    states = [member.state for member in verdict.asked] or [verdict.state]
+    holds = all(state is State.HOLDS for state in states)
     faces = tuple(dict.fromkeys(f for part in verdict.parts for f in part.faces)) if full else ()
     origins = {face: session.base.origin(scene, face) for face in faces}
     unit = session.base.scenes[scene].length_unit
-    members = [member.to_json(unit) for member in verdict.asked]
     lines = [*verdict.lines(full=full)]
-    if verdict.asked:
-        holds = all(member.state is State.HOLDS for member in verdict.asked)
-        asked = (line for m in verdict.asked for line in m.lines(verdict.length_unit))
-        lines = [*asked, *(lines if full else lines[:2])]
     for found in origins.values():
         lines.extend(found.lines(full=True, length_unit=unit))
     data = {
         "schema": WHY,
         "scene": scene,
         "verdict": verdict.to_json(full=full),
-        **({"members": members} if members else {}),
         **({"origins": {f: o.to_json() for f, o in origins.items()}} if full else {}),
     }
     hint = "" if holds else f"{about.model} shows what else comes near"

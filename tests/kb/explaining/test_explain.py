@@ -149,7 +149,7 @@ def test_given_parts_choose_among_the_candidates(facts_of: Build) -> None:
         (
             None,
             {"top": "f99"},
-            r"no face, edge, piece or opening f99: it has f\d+ to f\d+, e\d+ to e\d+$",
+            r"no part f99 for this model: it has f\d+ to f\d+, e\d+ to e\d+$",
         ),
         (None, {"lid": "f1"}, "no part lid: it has top"),
     ],

@@ -33,6 +33,11 @@ model rail
   bar body
   thin: thickness(body) at most 50 % of width(body)
   round: there is a block other where curved(other) at least 50 %
+
+model holder
+  "A board, and a bar beside which something round is."
+  board deck
+  held: there is a bar arm where arm is bar and there is a block x where curved(x) at least 50 %
 """
 SIZES = {"board": (1.0, 0.6, 0.1), "bar": (1.0, 0.1, 0.1), "block": (0.1, 0.1, 0.1)}
 
@@ -107,6 +112,14 @@ def test_of_too_many_the_least_sure_one_is_named(base: KnowledgeBase) -> None:
 def test_what_should_be_there_is_named(base: KnowledgeBase) -> None:
     facts = pieces({"p2": 0.3, "p3": 0.4}, {"p1": "bar"})
     assert wheel(why(base, facts, "rail"), "round").near[0].name == "p3"
+
+
+def test_of_a_set_within_a_set_the_nearest_is_named(base: KnowledgeBase) -> None:
+    facts = pieces({"p2": 0.0, "p3": 0.4, "p4": 0.3}, {"p2": "bar"})
+    verdict = why(base, facts, "holder")
+    near = wheel(verdict, "held").near[0]
+    assert (near.name, near.within[0].name) == ("p2", "p3")
+    assert "nearest p2: nearest p3: curved = 40 %" in "\n".join(verdict.lines())
 
 
 def test_a_piece_of_another_shape_is_said_to_be_one(base: KnowledgeBase) -> None:
