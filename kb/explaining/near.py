@@ -125,6 +125,8 @@ class AskedMember:
         }[self.state]
         if self.played:
             return (f"{said}: it is the {listed(self.played)}",)
+        if self.state is State.HOLDS:
+            return (said,)
         shape = re.compile(rf"^{re.escape(self.name)} is no \w+: (?=it is)")
         whys = _list_texts(self.name, self.proof, length_unit)
         return *(f"{said}: {shape.sub('', why)}" for why in whys), said

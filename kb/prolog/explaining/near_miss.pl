@@ -58,9 +58,11 @@ asked_in(Module, Model, Thing, Parts, Role-Name, Asked) :-
 %   nearest first, in the order of search.pl. Of a thing that fails, the first is what judge/4 shows.
 %   Where none can hold, only those are looked at among which judge/4 finds what it shows.
 %
-%   @error as why/5
+%   @error as why/5, and existence_error(single_part, Role) for a Role that is a set
 
 why_not(Module, Model, Things, Given, Count, Verdicts) :-
+    set_roles(Module, Model, Sets),
+    forall(member(Role-_, Given), must_exist(\+ memberchk(Role, Sets), single_part, Role)),
     meant_things(Module, Model, Things, Given, [], Meant),
     agreeing(Meant, Module, Model, Given, Candidates0),
     looked_further(Candidates0, Module, Model, Given, Candidates1),
