@@ -56,7 +56,7 @@ run(members(Model, Role, Thing, Parts, Members), Module) :-
     run(Body, Module).
 run(Goal, Module) :- call(Module:Goal).
 
-%   The sets that a test counts.
+%   The sets that a test counts. Of alternatives they decide only where all are sets.
 form_in(Test, Form) :-
     (   form_parts(Test, Tests)
     ->  member(One, Tests),
@@ -65,7 +65,7 @@ form_in(Test, Form) :-
     ).
 
 form_parts(all(Tests), Tests).
-form_parts(any(Tests), Tests).
+form_parts(any(Tests), Tests) :- forall(member(Test, Tests), form_set(Test, _, _, _, _)).
 form_parts(if_known(Test), [Test]).
 
 %   form_set(Form, Sort, X, Members, Test): Test says of X whether it is one of those that are counted.

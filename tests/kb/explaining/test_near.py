@@ -148,6 +148,16 @@ def test_one_is_asked_whether_it_is_a_member(
     assert verdict.parts == base.why("s", "cart").parts
 
 
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.integers(0, 100), min_size=1, max_size=5))
+def test_members_are_those_of_the_verdict(base: KnowledgeBase, hundredths: list[int]) -> None:
+    rounds = {f"p{number}": value / 100 for number, value in enumerate(hundredths, start=2)}
+    members = next(p.faces for p in why(base, pieces(rounds)).parts if p.role == "wheel")
+    for name in rounds:
+        (asked,) = base.why("s", "cart", parts={"wheel": name}).asked
+        assert (asked.state is State.HOLDS) == (name in members)
+
+
 def test_what_cannot_be_a_member_is_an_error(base: KnowledgeBase) -> None:
     facts = [*pieces({"p2": 0.9}), ("face", "f1"), ("part_of", "f1", "t1")]
     with pytest.raises(QueryError, match="wheel=f1: the set has no members of that kind"):
