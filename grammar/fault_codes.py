@@ -83,6 +83,8 @@ _KINDS = (
     FaultKind("unknown-name", ERROR, "There is nothing of this name.", "topp is level"),
     FaultKind("unknown-size", ERROR, "The solid has no such size.", ""),
     FaultKind("itself", ERROR, "A word is applied to a part and itself.", "top adjoins top"),
+    FaultKind("stated", ERROR, "An option for reading an example's file is wrong.",
+              'example "e" from "e.ply" (up w) fails'),
     FaultKind("unknown-unit", ERROR, "There is no such unit.", "tilt(top) at most 5 degs"),
     FaultKind("unknown-word", ERROR, "The vocabulary has no such word.", "top is levl"),
     # Models

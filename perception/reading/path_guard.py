@@ -1,7 +1,7 @@
-"""Path check of untrusted poses files: they may name only pictures and videos in their own folder.
+"""Path check of untrusted poses files and models: they may name only files in their own folder.
 
-A poses file may come from a stranger. The files that it names are opened, messages reveal their
-size and whether they are pictures, and a camera's address would be connected to.
+They may come from a stranger. The files that they name are opened, messages reveal their size and
+what they are, and a camera's address would be connected to.
 """
 
 from pathlib import Path
@@ -9,11 +9,11 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 
-WAY_OUT = "put it into that folder, or trust the poses file (--trust, trust=True) if it is your own"
+WAY_OUT = "put it into that folder, or trust the file (--trust, trust=True) if it is your own"
 
 
 class OutsideError(InputError):
-    """A poses file names what is not in its folder: absolute, by "..", or by a link."""
+    """A file names what is not in its folder: absolute, by "..", or by a link."""
 
 
 def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
@@ -30,6 +30,11 @@ def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
         )
     path = picture.path if frame is None else Path(frame.source)
     what = f"picture {picture.name!r}" if frame is None else f"video {frame.source!r}"
+    check_inside(path, folder, source, what)
+
+
+def check_inside(path: Path, folder: Path, source: Path, what: str) -> None:
+    """Raise OutsideError if a path that `source` names is, its links resolved, outside a folder."""
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError):  # a loop of links, or no name of a file
