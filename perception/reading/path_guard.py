@@ -4,12 +4,13 @@ They may come from a stranger. The files that they name are opened, messages rev
 what they are, and a camera's address would be connected to.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 
-WAY_OUT = "put it into that folder, or trust the file (--trust, trust=True) if it is your own"
+WAY_OUT = "put it into that folder, or trust the {} (--trust, trust=True) if it is your own"
 
 
 class OutsideError(InputError):
@@ -30,14 +31,21 @@ def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
         )
     path = picture.path if frame is None else Path(frame.source)
     what = f"picture {picture.name!r}" if frame is None else f"video {frame.source!r}"
-    check_inside(path, folder, source, what)
+    check_inside(path, (folder,), source, what)
 
 
-def check_inside(path: Path, folder: Path, source: Path, what: str) -> None:
-    """Raise OutsideError if a path that `source` names is, its links resolved, outside a folder."""
+def check_inside(
+    path: Path, folders: Sequence[Path], source: Path, what: str, kind: str = "poses file"
+) -> None:
+    """Raise OutsideError if a path that `source` names is, its links resolved, outside of all
+    folders.
+    """
     try:
-        inside = path.resolve().is_relative_to(folder.resolve())
+        found = path.resolve()
+        inside = any(found.is_relative_to(folder.resolve()) for folder in folders)
     except (OSError, RuntimeError, ValueError):  # a loop of links, or no name of a file
         return
     if not inside:
-        raise OutsideError(f"{source}: {what} is outside of {folder.resolve()}: {WAY_OUT}")
+        raise OutsideError(
+            f"{source}: {what} is outside of {folders[0].resolve()}: {WAY_OUT.format(kind)}"
+        )

@@ -10,7 +10,9 @@ from facetlog.commands.shape_options import StatedOptions
 from facetlog.errors import InputError
 from facetlog.grammar import syntax as s
 from facetlog.grammar.example_scenes import convert_sizes
+from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.units import Dimension
+from facetlog.perception.reading.path_guard import check_inside
 from facetlog.query_shell.scene_files import scene_file
 from facetlog.terminal import warn
 
@@ -44,7 +46,7 @@ class ExampleScenes:
     """Scenes of one run of examples; the last one is kept, for the facts that come on demand.
 
     `stated` and `scale` say what labelled files do not. Files that a model names are in the
-    model's folder unless it is `trusted`.
+    model's folder, or among facetlog's own, unless it is `trusted`.
     """
 
     stated: StatedOptions = field(default_factory=StatedOptions)
@@ -83,9 +85,8 @@ class ExampleScenes:
             return self._keep(scene, lambda: _build_scene(scene))
         path = model_file.parent / scene.path.value
         if not self.trusted:
-            from facetlog.perception.reading.path_guard import check_inside
-
-            check_inside(path, model_file.parent, model_file, f"{scene.path.value!r}")
+            own = model_file.parent, BUILTIN
+            check_inside(path, own, model_file, f"file {scene.path.value!r}", "model")
         given = {one.name.text: one.value.value for one in scene.stated}
         stated = StatedOptions(given.get("up"), given.get("unit"), given.get("sensor"))
         return self._read(path, stated, given.get("scale"))
