@@ -16,7 +16,6 @@ from facetlog import __version__
 from facetlog.commands.model.check import checked
 from facetlog.commands.model.fault_text import list_faults, plain
 from facetlog.commands.model.files import Files, is_stdin, model_files
-from facetlog.commands.model.scenes import ExampleScenes
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shape_options import Scale, StatedOptions
 from facetlog.commands.shared import NO, YES, AsJson, Trust, command
@@ -26,6 +25,7 @@ from facetlog.plurals import many
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from facetlog.commands.model.scenes import ExampleScenes
     from facetlog.grammar.analysis import Analysis
     from facetlog.grammar.faults import Fault
     from facetlog.kb.coverage import ModelCoverage
@@ -81,6 +81,8 @@ def examples_command(
     --sensor state what labelled files do not. Exit code 0: all is as expected, 1: something is
     not, or a file has faults, 2: one cannot be read.
     """
+    from facetlog.commands.model.scenes import ExampleScenes
+
     test = partial(_test_files, files, scenes, partial(ExampleScenes, stated, scale, trusted=trust))
     write = _format_json if as_json or output is Output.JSON else _format_text
 
@@ -135,7 +137,7 @@ class Tested:
 
 
 def _test_files(
-    arguments: list[str], table: Path | None, open_scenes: Callable[[], ExampleScenes]
+    arguments: list[str], table: Path | None, open_scenes: "Callable[[], ExampleScenes]"
 ) -> tuple[Tested, frozenset[Path]]:
     from facetlog.commands.model.fault_text import distinct
     from facetlog.grammar.faults import Severity

@@ -12,8 +12,6 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.example_scenes import convert_sizes
 from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.units import Dimension
-from facetlog.perception.reading.path_guard import check_inside
-from facetlog.query_shell.scene_files import scene_file
 from facetlog.terminal import warn
 
 if TYPE_CHECKING:
@@ -85,6 +83,8 @@ class ExampleScenes:
             return self._keep(scene, lambda: _build_scene(scene))
         path = model_file.parent / scene.path.value
         if not self.trusted:
+            from facetlog.perception.reading.path_guard import check_inside
+
             own = model_file.parent, BUILTIN
             check_inside(path, own, model_file, f"file {scene.path.value!r}", "model")
         given = {one.name.text: one.value.value for one in scene.stated}
@@ -113,6 +113,7 @@ def _build_scene(scene: s.SceneBuilt) -> "Scene":
 
 def _read_scene(path: Path, stated: StatedOptions, scale: str | None) -> "Scene":
     from facetlog.perception.facts.known_length import KnownLength, scale_by_known_length
+    from facetlog.query_shell.scene_files import scene_file
 
     known = None if scale is None else KnownLength.parse(scale, "scale")
     scene = scene_file(path, stated.find_given()).scene()
