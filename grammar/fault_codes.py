@@ -15,9 +15,9 @@ PAGE = Path(__file__).with_name("faults.md")
 """A heading for each code; beneath it the severity, the meaning, and an example of its text."""
 
 _KIND = re.compile(
-    r"^## (?P<code>[a-z-]+)\n\n(?P<severity>Error|Warning)\. (?P<meaning>[^`]*?(?:`[^`\n]+`[^`]*?)*)"
-    r"\n(?:\n```model\n(?P<example>.*?)\n```\n)?(?=\n##|\Z)",
-    re.MULTILINE | re.DOTALL,
+    r"^## (?P<code>[a-z-]+)\n\n(?P<severity>Error|Warning)\. (?P<meaning>.+)\n"
+    r"(?:\n```model\n(?P<example>[\s\S]*?)\n```\n)?(?=\n##|\Z)",
+    re.MULTILINE,
 )
 
 
@@ -65,7 +65,6 @@ def _read_kinds() -> dict[str, FaultKind]:
     kinds = {}
     for match in _KIND.finditer(PAGE.read_text(encoding="utf-8")):
         code, severity, meaning, example = match.groups()
-        meaning = " ".join(meaning.split())
         kinds[code] = FaultKind(code, Severity(severity.lower()), meaning, example or "")
     return kinds
 

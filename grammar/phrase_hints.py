@@ -195,10 +195,6 @@ _PHRASES = (
         "say how many: `any number of {kind} {name} where ...`, or `at least 2 {kind} ...`",
     ),
     (
-        r"^each\s+(?P<name>\w+)\s+(?:is|has|\w+s)\b",
-        "write a colon, and name it again: `each {name}: {name} is ...`",
-    ),
-    (
         r"^there\s+(?P<what>is\s+(?:an?|no)\s+\w+|are\s+.*?\w+)\s+(?P<where>above|below|on|in)\s.*",
         "give it a name: `there {what} x where x {where} ...`",
     ),
