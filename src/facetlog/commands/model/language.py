@@ -48,7 +48,7 @@ model $name
 
   size length, width: length(top), width(top)
 
-  # Examples are tests. `from "scene.json"` takes a scene that `facetlog reconstruct` wrote.
+  # Examples are tests. `from "own.ply" (up z, unit m)` takes a mesh, cloud or scene of your own.
   example "dining table" of table(width 80 cm, length 140 cm, height 74 cm) holds
   example "closed block" of cuboid(width 80 cm, depth 80 cm, height 74 cm) fails because top
 """
