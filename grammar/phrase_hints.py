@@ -36,6 +36,10 @@ _DECK = (
     "boards at one height are one level: name any of them, `board slat`, and write `cover(slat) at "
     "least 60 %`"
 )
+_EVEN = (
+    "write `smallest step of elevation(rung) at least 80 % of largest step of elevation(rung)`: "
+    "steps are the differences of neighbours"
+)
 _OUTLINE = "count the corners of a face's outline: `corners(top) = 6`"
 _ENCLOSED = "write `enclosed(floor) at least 85 %`"
 
@@ -63,6 +67,7 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         **dict.fromkeys(("set_back", "recessed", "plinth"), _SET_BACK),
         **dict.fromkeys(("deck", "slats", "planks"), _DECK),
         "outline": _OUTLINE,
+        **dict.fromkeys(("evenly", "evenly_spaced", "equidistant", "regular"), _EVEN),
         "square": "write `width(top) at least 90 % of length(top)`",
         "open": _OPEN,
         "closed": _CLOSED,
@@ -169,6 +174,7 @@ _PHRASES = (
     ),
     (r"\b(?:under|underneath|beneath)\s+\w+", "write `shelf below top`"),
     (r"\b(?:is|are)\s+(?:set\s+back|recessed|inset)\b.*", _SET_BACK),
+    (r"\b(?:evenly|equally|regularly)\s+(?:spaced|apart)\b.*", _EVEN),
     (r"\bmade\s+(?:up\s+)?of\s+(?:boards|slats|planks)\b.*", _DECK),
     (r"\bcorners\s+of\s+(?:the|an|its)\s+outline\b.*", _OUTLINE),
     (r"\bis\s+over\s+\w+", "write `back above seat`"),

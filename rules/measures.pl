@@ -125,6 +125,8 @@ measure(lowest(List), V, Sd, Kind)      :- of_list(lowest(List), V, Sd, Kind).
 measure(highest(List), V, Sd, Kind)     :- of_list(highest(List), V, Sd, Kind).
 measure(sum(List), V, Sd, Kind)         :- of_list(sum(List), V, Sd, Kind).
 measure(mean(List), V, Sd, Kind)        :- of_list(mean(List), V, Sd, Kind).
+measure(smallest_step(List), V, Sd, Kind) :- of_list(smallest_step(List), V, Sd, Kind).
+measure(largest_step(List), V, Sd, Kind) :- of_list(largest_step(List), V, Sd, Kind).
 
 %!  known_measure(?Measure) is nondet.
 %

@@ -74,6 +74,7 @@ def errors(line: str) -> tuple[Fault, ...]:
         ("top rests on leg", "`leg carries top`"),
         ("gap", "`opening way`; of two things say `gap(table, seat) at most 10 cm`"),
         ("gap between leg and top", "`opening way`"),
+        ("leg is evenly spaced", "`smallest step of elevation(rung) at least 80 % of"),
         ("leg is set back from top", "`inset(plinth, body) at least 2 cm`"),
         ("top is made of boards", "`cover(slat) at least 60 %`"),
         ("hole in top", "`opening way`"),

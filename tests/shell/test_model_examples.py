@@ -192,3 +192,21 @@ def test_solids_put_together_are_an_example(run, tmp_path):
     code, out, _ = run("model", "test", "cart.model")
     assert (code, out.splitlines()[-1]) == (1, "2 examples, 1 passed, 1 failed")
     assert "more than 400 solids" in out
+
+
+def test_what_is_evenly_spaced_is_told_from_what_is_not(run, tmp_path):
+    (tmp_path / "rack.model").write_text(
+        """model rack
+  "Bars evenly one above the other."
+  bar left where left is upright
+  at least 3 bars rung where rung is level, rung joins left
+  even: smallest step of elevation(rung) at least 80 % of largest step of elevation(rung)
+  close: largest step of elevation(rung) at most 60 cm
+  example "even" of cuboid(width 4 cm, depth 4 cm, height 2 m, along 44 cm)
+    and cuboid(width 36 cm, depth 3 cm, height 3 cm, x 4 cm, z 20 cm, over 160 cm, levels 5) holds
+  example "uneven" of cuboid(width 4 cm, depth 4 cm, height 2 m, along 44 cm)
+    and cuboid(width 36 cm, depth 3 cm, height 3 cm, x 4 cm, z 20 cm, over 60 cm, levels 3)
+    and cuboid(width 36 cm, depth 3 cm, height 3 cm, x 4 cm, z 160 cm) fails because even, close
+"""
+    )
+    assert run("model", "test", "rack.model")[:2] == (0, "2 examples, 2 passed, 0 failed\n")
