@@ -1,6 +1,6 @@
 """A model file, read and checked: for the compiler, the commands and the editor."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +10,18 @@ from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.library import Library, Read, read_library, read_text
 from facetlog.grammar.lint.allowed import drop_allowed
 from facetlog.grammar.lint.lint import lint
+from facetlog.grammar.reading.layout import laid_out, pieces
+from facetlog.grammar.reading.mistakes import list_declared_names
+from facetlog.grammar.reading.parse import Readable
 from facetlog.grammar.resolve import FlatModel, find_reachable, flatten_models
 from facetlog.grammar.scope import Scope, build_file_scope, build_model_scope, get_model_roles
+from facetlog.grammar.source import Source
 from facetlog.grammar.vocabulary import VOCABULARY, Word
 
 _LACKING = frozenset({"no-parts", "no-lines"})
+
+_FOLLOWING = frozenset({"unknown-name", "unknown-line", "set"})
+"""Faults of names that a part's line, which could not be read, may have declared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,15 +70,12 @@ def analyse(path: Path, text: str | None = None, *, read: Read = read_text) -> A
     scopes = {name: build_model_scope(model, words, roles) for name, model in models.items()}
     for file in library.files.values():
         faults += check_file(build_file_scope(file, words, roles))
-    # What could not be read may be what a model seems to lack.
-    unread = {fault.source for fault in library.faults}
-    references = {}
-    for name, scope in scopes.items():
-        found = check_model(scope)
-        references[name] = tuple(found.references)
-        faults += (f for f in found.faults if f.code not in _LACKING or f.source not in unread)
+    checks = {name: check_model(scope) for name, scope in scopes.items()}
+    references = {name: tuple(check.references) for name, check in checks.items()}
+    faults += (fault for check in checks.values() for fault in check.faults)
     faults += _find_circles(models, references)
     faults += lint(scopes, main, faults)
+    faults = list(_drop_following(library, faults))
 
     def order(fault: Fault) -> tuple[bool, str, int, int]:
         other = fault.source is not main.source
@@ -80,6 +84,32 @@ def analyse(path: Path, text: str | None = None, *, read: Read = read_text) -> A
     shown = tuple(dict.fromkeys(sorted(drop_allowed(main, faults), key=order)))
     own = {m.name.text: models[m.name.text] for m in main.models if m.name.text in models}
     return Analysis(library, own, models, scopes, words, shown)
+
+
+def _drop_following(library: Library, faults: Sequence[Fault]) -> Iterator[Fault]:
+    """Yield the faults, without those of what a file lacks since it could not be read."""
+    wrong_parts = {(f.source, f.span.start) for f in faults if f.code == "part"}
+    sources = {f.source for f in library.faults} | {source for source, _ in wrong_parts}
+    names: dict[Source, frozenset[str]] = {}
+    for file in library.files.values():
+        if file.source in sources:
+            readable = Readable(file)
+            names[file.source] = frozenset(
+                name
+                for piece in pieces(file.source.text)
+                for statement in laid_out(file.source, piece).statements
+                if not readable.has(statement.span)
+                or (file.source, statement.span.start) in wrong_parts
+                for name in list_declared_names(statement)
+            )
+    for fault in faults:
+        text = fault.source.text[fault.span.start : fault.span.end]
+        text = text.removeprefix("count(").removesuffix(")")
+        if fault.code in _LACKING and fault.source in sources:
+            continue
+        if fault.code in _FOLLOWING and text in names.get(fault.source, ()):
+            continue
+        yield fault
 
 
 def _find_circles(models: Mapping[str, FlatModel], references: References) -> Iterator[Fault]:

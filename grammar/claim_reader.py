@@ -348,6 +348,8 @@ class _Reader:
             case s.Aggregate(how, operand):
                 inner = self.measure(operand, names)
                 low, high = inner.interval(self.ranges)
+                if how.endswith("step"):
+                    low, high = 0.0, high - low if math.isfinite(high - low) else math.inf
                 if how == "sum":
                     # A sum of any number of members, each between low and high.
                     low, high = (0.0 if low >= 0 else -math.inf), (0.0 if high <= 0 else math.inf)

@@ -5,6 +5,7 @@ Builders belong to perception, which the language does not know: who checks hand
 
 import math
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
@@ -16,6 +17,15 @@ from facetlog.grammar.units import Dimension
 
 Builders: TypeAlias = Mapping[str, Mapping[str, Dimension]]
 """The sizes of each builder, and what they are: a length, an angle, or a number (of pieces)."""
+
+PLACES: Mapping[str, Dimension] = MappingProxyType(
+    {
+        **dict.fromkeys(("x", "y", "z", "along", "across", "over"), Dimension.LENGTH),
+        **dict.fromkeys(("columns", "rows", "levels"), Dimension.NUMBER),
+    }
+)
+"""Sizes that each solid has: where its lowest corner is, over which length of the three axes it is
+repeated, and how often there."""
 
 _AS_WRITTEN = {Dimension.LENGTH: "40 cm", Dimension.ANGLE: "90 deg", Dimension.NUMBER: "4"}
 
@@ -41,7 +51,7 @@ def find_all_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]
 
 
 def find_scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
-    """Find the faults of the things that the examples of the file build.
+    """Find the faults of the solids that the examples of the file build.
 
     Quantities that are none are the checker's.
     """
@@ -50,32 +60,34 @@ def find_scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ..
         fault
         for _, example in list_examples(analysis)
         if isinstance(example.scene, s.SceneBuilt)
-        for fault in _scene_faults(example.scene, source, builders)
+        for solid in example.scene.solids
+        for fault in _find_solid_faults(solid, source, builders)
     )
 
 
-def _scene_faults(scene: s.SceneBuilt, source: Source, builders: Builders) -> Iterator[Fault]:
-    sizes = builders.get(scene.builder.text)
-    if sizes is None:
-        message = f"nothing can be built that is called `{scene.builder}`"
-        hint = said(scene.builder.text, builders) or f"there are {', '.join(builders)}"
-        fixes = make_respelling(scene.builder, builders)
-        yield Fault("unknown-builder", message, source, scene.builder.span, hint, fixes=fixes)
+def _find_solid_faults(solid: s.Solid, source: Source, builders: Builders) -> Iterator[Fault]:
+    own = builders.get(solid.builder.text)
+    if own is None:
+        message = f"nothing can be built that is called `{solid.builder}`"
+        hint = said(solid.builder.text, builders) or f"there are {', '.join(builders)}"
+        fixes = make_respelling(solid.builder, builders)
+        yield Fault("unknown-builder", message, source, solid.builder.span, hint, fixes=fixes)
         return
+    sizes = {**own, **PLACES}
     given: set[str] = set()
-    for setting in scene.settings:
+    for setting in solid.settings:
         name = setting.name.text
         wanted = sizes.get(name)
         if wanted is None:
-            message = f"a {scene.builder} has no size `{name}`"
-            hint = said(name, sizes) or f"it has {', '.join(sizes)}"
+            message = f"a {solid.builder} has no size `{name}`"
+            hint = said(name, sizes) or f"it has {', '.join(own)}, and a place: {', '.join(PLACES)}"
             fixes = make_respelling(setting.name, sizes)
             yield Fault("unknown-size", message, source, setting.name.span, hint, fixes=fixes)
         elif name in given:
             message = f"the size `{name}` is given twice"
             yield Fault("twice", message, source, setting.name.span)
         else:
-            beside = tuple(other.quantity for other in scene.settings)
+            beside = tuple(other.quantity for other in solid.settings)
             yield from _find_unit_faults(setting, wanted, source, beside)
         given.add(name)
 
@@ -92,12 +104,12 @@ def _find_unit_faults(
         yield Fault("dimension", message, source, setting.quantity.span, hint, fixes=fixes)
 
 
-def convert_sizes(scene: s.SceneBuilt) -> dict[str, float]:
-    """Return the sizes that are given, in metres, radians or ones; of a scene without faults."""
+def convert_sizes(solid: s.Solid) -> dict[str, float]:
+    """Return the sizes that are given, in metres, radians or ones; of a solid without faults."""
     return {
         setting.name.text: math.radians(size.value)
         if size.dimension is Dimension.ANGLE
         else size.value
-        for setting in scene.settings
+        for setting in solid.settings
         if (size := quantity(setting.quantity)) is not None
     }

@@ -31,6 +31,16 @@ _CLOSED = (
     "write `closed_behind(seat) at least 70 %` of one side, of the whole rim `enclosed(floor) at "
     "least 85 %`"
 )
+_SET_BACK = "write `inset(plinth, body) at least 2 cm`, and `plinth carries body`"
+_DECK = (
+    "boards at one height are one level: name any of them, `board slat`, and write `cover(slat) at "
+    "least 60 %`"
+)
+_EVEN = (
+    "write `smallest step of elevation(rung) at least 80 % of largest step of elevation(rung)`: "
+    "steps are the differences of neighbours"
+)
+_OUTLINE = "count the corners of a face's outline: `corners(top) = 6`"
 _ENCLOSED = "write `enclosed(floor) at least 85 %`"
 
 SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
@@ -50,7 +60,14 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         "standing": _ON_GROUND,
         "touches": "write `a joins b` of pieces, `a adjoins b` of faces",
         "supports": "write `leg carries top`",
-        "round": "write `curved(top) at least 50 %`",
+        **dict.fromkeys(
+            ("round", "wheel"),
+            "write `curved(top) at least 20 %`: the flat sides of a wheel count as well",
+        ),
+        **dict.fromkeys(("set_back", "recessed", "plinth"), _SET_BACK),
+        **dict.fromkeys(("deck", "slats", "planks"), _DECK),
+        "outline": _OUTLINE,
+        **dict.fromkeys(("evenly", "evenly_spaced", "equidistant", "regular"), _EVEN),
         "square": "write `width(top) at least 90 % of length(top)`",
         "open": _OPEN,
         "closed": _CLOSED,
@@ -156,6 +173,10 @@ _PHRASES = (
         "write `back joins seat`",
     ),
     (r"\b(?:under|underneath|beneath)\s+\w+", "write `shelf below top`"),
+    (r"\b(?:is|are)\s+(?:set\s+back|recessed|inset)\b.*", _SET_BACK),
+    (r"\b(?:evenly|equally|regularly)\s+(?:spaced|apart)\b.*", _EVEN),
+    (r"\bmade\s+(?:up\s+)?of\s+(?:boards|slats|planks)\b.*", _DECK),
+    (r"\bcorners\s+of\s+(?:the|an|its)\s+outline\b.*", _OUTLINE),
     (r"\bis\s+over\s+\w+", "write `back above seat`"),
     (r"\bfac(?:es|ing)\s+up\w*", "write `upward`"),
     (r"\bfac(?:es|ing)\s+down\w*", "write `downward`"),
@@ -193,10 +214,6 @@ _PHRASES = (
     (
         r"^(?P<kind>\w+s)\s+(?P<name>\w+)\s+where\b.*",
         "say how many: `any number of {kind} {name} where ...`, or `at least 2 {kind} ...`",
-    ),
-    (
-        r"^each\s+(?P<name>\w+)\s+(?:is|has|\w+s)\b",
-        "write a colon, and name it again: `each {name}: {name} is ...`",
     ),
     (
         r"^there\s+(?P<what>is\s+(?:an?|no)\s+\w+|are\s+.*?\w+)\s+(?P<where>above|below|on|in)\s.*",

@@ -369,10 +369,20 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
+class Stated:
+    """An option for reading a file, as written: `up z`, `sensor "0,-1,2"`."""
+
+    name: Name
+    value: Text
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class SceneFile:
-    """A scene in a file, relative to the model's."""
+    """A scene, mesh or cloud in a file, relative to the model's, and what the file does not say."""
 
     path: Text
+    stated: tuple[Stated, ...]
     span: Span
 
 
@@ -386,11 +396,19 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True)
-class SceneBuilt:
-    """A scene with a thing built to measure."""
+class Solid:
+    """A solid built to measure."""
 
     builder: Name
     settings: tuple[Setting, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class SceneBuilt:
+    """A scene with one thing, built of one solid or of several."""
+
+    solids: tuple[Solid, ...]
     span: Span
 
 

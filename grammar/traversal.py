@@ -16,12 +16,24 @@ from facetlog.grammar.syntax import (
     SceneBuilt,
     SceneFile,
     Setting,
+    Solid,
+    Stated,
     Statement,
     Text,
 )
 
 Node: TypeAlias = (
-    Name | Text | Count | Setting | SceneFile | SceneBuilt | Expression | Statement | Model
+    Name
+    | Text
+    | Count
+    | Setting
+    | Stated
+    | Solid
+    | SceneFile
+    | SceneBuilt
+    | Expression
+    | Statement
+    | Model
 )
 """Any node of the tree."""
 

@@ -291,6 +291,11 @@ _WORDS = (
     # Pieces
     _measure("thickness", Gives.LENGTH, PIECE, yields=True,
              meaning="the shortest side of the least box around it"),
+    _measure("inset", Gives.LENGTH, PIECE, PIECE, low=None, yields=True,
+             unknown=f"{_UP}, or {_UNSEEN}",
+             meaning="seen from above, how far the first lies within the least box around the "
+                     "second, on the side where that is least: the set-back of a plinth; below 0 "
+                     "if it projects"),
     _condition("board", PIECE, meaning="its thickness is at most 35 % of its width",
                yields=True),
     _condition("bar", PIECE, yields=True,

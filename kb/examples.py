@@ -78,7 +78,8 @@ class Case:
 
     Without `thing` it is the main one: that which fits best, or the largest where the model should
     fail. `scene` names the scene in words, the same for the same scene; `facts` makes it, and
-    `on_demand` those of its facts that only some models need.
+    `on_demand` those of its facts that only some models need; `file` is what it is read from.
+    What `is_labelled` is one of many files, of which each has a line in the report.
     """
 
     title: str
@@ -89,6 +90,8 @@ class Case:
     facts: Callable[[], Iterable[Fact]] = field(compare=False, repr=False)
     thing: str | None = None
     on_demand: FactMaker | None = field(default=None, compare=False, repr=False)
+    file: Path | None = None
+    is_labelled: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +118,12 @@ class CaseResult:
         if self.verdict is not None:
             holds = self.verdict.state is State.HOLDS
             yield from self.verdict.lines() if holds else self.verdict.iter_miss_lines()
+
+    @property
+    def line(self) -> str:
+        """One line: what came out, and why it is not as expected."""
+        first = next(iter(self.lines()))
+        return f"{first}; {self.verdict.summary}" if not self.passed and self.verdict else first
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as plain data."""
@@ -172,14 +181,22 @@ def _build_case(
         _describe_scene(example.scene, path),
         lambda: make(example.scene, path),
         on_demand=None if on_demand is None else lambda: on_demand(example.scene, path),
+        file=path.parent / example.scene.path.value
+        if isinstance(example.scene, s.SceneFile)
+        else None,
     )
 
 
 def _describe_scene(scene: s.SceneFile | s.SceneBuilt, path: Path) -> str:
     if isinstance(scene, s.SceneFile):
-        return str(path.parent / scene.path.value)
-    sizes = ", ".join(f"{name} {value!r}" for name, value in sorted(convert_sizes(scene).items()))
-    return f"{scene.builder}({sizes})"
+        stated = ", ".join(f"{one.name} {one.value.value}" for one in scene.stated)
+        return str(path.parent / scene.path.value) + (f" ({stated})" if stated else "")
+    return " and ".join(map(_describe_solid, scene.solids))
+
+
+def _describe_solid(solid: s.Solid) -> str:
+    sizes = ", ".join(f"{name} {value!r}" for name, value in sorted(convert_sizes(solid).items()))
+    return f"{solid.builder}({sizes})"
 
 
 def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult]:

@@ -2,7 +2,8 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import TypeAlias
 
@@ -12,16 +13,43 @@ from facetlog.kb.explaining.proof import State
 from facetlog.kb.loading.encode import Fact
 from facetlog.safe_read import read_regular_text
 
-__all__ = ["COLUMNS", "read_labelled_cases"]
+__all__ = ["COLUMNS", "is_labelled_folder", "read_labelled_cases"]
 
 COLUMNS = ("scene", "thing", "model", "expected")
-"""Columns of the table's first line; `thing` may be left out, or its cells empty."""
+"""Columns of the table's first line; `scene` may be called `file`, and `thing` left out, or its
+cells empty."""
 
 MOST_BYTES = 10_000_000
 """Size limit of a table: some hundred thousand labels. A larger file is none."""
 
 
 SceneReader: TypeAlias = Callable[[Path], Iterable[Fact]]
+
+TABLE = "expected.csv"
+"""The table in a folder of labelled scenes."""
+
+SIGNS = {"+": State.HOLDS, "-": State.FAILS}
+"""Sign after a model's name in a file's: what the model should say of it."""
+
+_NAME = re.compile(r"(\w+)([+-])")
+
+
+def is_labelled_folder(path: Path, suffixes: Collection[str]) -> bool:
+    """Return whether there is a folder with a table, or with files of these suffixes named NAME+…
+    or NAME-….
+    """
+    try:
+        return path.is_dir() and any(
+            file.name == TABLE or _split_name(file, suffixes) is not None for file in path.iterdir()
+        )
+    except (OSError, ValueError):  # too long for a file's name, or with a NUL
+        return False
+
+
+def _split_name(file: Path, suffixes: Collection[str]) -> tuple[str, State] | None:
+    """Return the model and the state that a file's name states."""
+    match = _NAME.match(file.stem) if file.suffix.lower() in suffixes else None
+    return None if match is None else (match[1], SIGNS[match[2]])
 
 
 def read_labelled_cases(
@@ -30,26 +58,50 @@ def read_labelled_cases(
     *,
     known: Iterable[str],
     on_demand: SceneReader | None = None,
+    suffixes: Collection[str] = (".json",),
 ) -> tuple[Case, ...]:
     """Return the cases of a table in CSV; scene files are named beside it, and read by `facts` when
     asked.
 
+    Of a folder it is the table `expected.csv` in it, without the lines of models not `known`; or,
+    where there is none, its files of these `suffixes` are named after models: `NAME+….ply` should
+    hold as NAME, `NAME-….ply` fail.
+
     `on_demand` makes the facts that `facts` leaves out. Raise InputError, with the line, for what
     is no such table, and for models not `known`.
     """
-    reader = csv.DictReader(io.StringIO(_text(path), newline=""))
+    models = frozenset(known)
+    table = path / TABLE if path.is_dir() else path
+    if table is not path and not table.exists():
+        return _list_named_cases(path, facts, on_demand, models, suffixes)
+    reader = csv.DictReader(io.StringIO(_text(table), newline=""))
     try:
-        header = tuple(reader.fieldnames or ())
-        if not {"scene", "model", "expected"} <= set(header) <= set(COLUMNS):
-            raise InputError(f"{path}:1: the first line should be {','.join(COLUMNS)}")
-        models = frozenset(known)
-        return tuple(
-            _build_case(path, reader.line_num, row, facts, on_demand, models)
-            for row in reader
-            if any(row.values())
-        )
+        header = ["scene" if name == "file" else name for name in reader.fieldnames or ()]
+        if len(set(header)) < len(header) or not (
+            {"scene", "model", "expected"} <= set(header) <= set(COLUMNS)
+        ):
+            raise InputError(f"{table}:1: the first line should be {','.join(COLUMNS)}")
+        reader.fieldnames = header
+        rows = [(reader.line_num, row) for row in reader if any(row.values())]
     except csv.Error as exc:
-        raise InputError(f"{path}:{reader.line_num}: {exc}") from exc
+        raise InputError(f"{table}:{reader.line_num}: {exc}") from exc
+    if table is not path:
+        rows = [(line, row) for line, row in rows if (row["model"] or "").strip() in models]
+    return tuple(_read_row(table, line, row, facts, on_demand, models) for line, row in rows)
+
+
+def _list_named_cases(
+    folder: Path,
+    facts: SceneReader,
+    on_demand: SceneReader | None,
+    known: frozenset[str],
+    suffixes: Collection[str],
+) -> tuple[Case, ...]:
+    return tuple(
+        _build_case(str(path), path, *named, facts, on_demand)
+        for path in sorted(folder.iterdir())
+        if (named := _split_name(path, suffixes)) is not None and named[0] in known
+    )
 
 
 def _text(path: Path) -> str:
@@ -61,7 +113,7 @@ def _text(path: Path) -> str:
         raise InputError(f"{path} is no UTF-8 text: give a table in CSV") from exc
 
 
-def _build_case(
+def _read_row(
     path: Path,
     line: int,
     row: dict[str, str],
@@ -84,14 +136,27 @@ def _build_case(
         raise InputError(f"{place}: {cells['expected']!r} is none of {', '.join(State)}") from None
     scene = path.parent / cells["scene"]
     thing = cells["thing"] or None
-    title = f"{cells['scene']}{f' {thing}' if thing else ''}"
+    return _build_case(place, scene, cells["model"], state, facts, on_demand, thing)
+
+
+def _build_case(
+    place: str,
+    file: Path,
+    model: str,
+    state: State,
+    facts: SceneReader,
+    on_demand: SceneReader | None,
+    thing: str | None = None,
+) -> Case:
     return Case(
-        title,
+        f"{file.name}{f' {thing}' if thing else ''}",
         place,
-        cells["model"],
+        model,
         Expected(state),
-        str(scene),
-        lambda: facts(scene),
+        str(file),
+        lambda: facts(file),
         thing,
-        None if on_demand is None else lambda: on_demand(scene),
+        None if on_demand is None else lambda: on_demand(file),
+        file=file,
+        is_labelled=True,
     )

@@ -88,6 +88,7 @@ measure(piece_bottom_of(P), V, Sd, length) :- fact(piece_heights(P, V, _, Sd)).
 measure(piece_tilt(P), V, Sd, deg)      :- fact(piece_tilt(P, V, Sd)).
 measure(piece_angle(P, Q), V, Sd, deg)  :- fact(piece_angle(P, Q, V, Sd)).
 measure(piece_overlap(P, Q), V, Sd, ratio) :- fact(piece_overlap(P, Q, V, Sd)).
+measure(inset(P, Q), V, Sd, length)     :- fact(piece_inset(P, Q, V, Sd)).
 measure(piece_curved(P), V, 0, ratio)   :- fact(piece_round(P, V)).
 measure(piece_cover(P), V, Sd, ratio) :- fact(piece_level(P, cover, V, Sd)).
 measure(piece_level_length(P), V, Sd, length) :- fact(piece_level(P, level_length, V, Sd)).
@@ -124,6 +125,8 @@ measure(lowest(List), V, Sd, Kind)      :- of_list(lowest(List), V, Sd, Kind).
 measure(highest(List), V, Sd, Kind)     :- of_list(highest(List), V, Sd, Kind).
 measure(sum(List), V, Sd, Kind)         :- of_list(sum(List), V, Sd, Kind).
 measure(mean(List), V, Sd, Kind)        :- of_list(mean(List), V, Sd, Kind).
+measure(smallest_step(List), V, Sd, Kind) :- of_list(smallest_step(List), V, Sd, Kind).
+measure(largest_step(List), V, Sd, Kind) :- of_list(largest_step(List), V, Sd, Kind).
 
 %!  known_measure(?Measure) is nondet.
 %

@@ -14,7 +14,14 @@ from facetlog.grammar.checking.measures import (
     suggest_units,
 )
 from facetlog.grammar.constants import constant
-from facetlog.grammar.faults import make_respelling, said, suggest_unit, swap
+from facetlog.grammar.faults import (
+    make_respelling,
+    respell,
+    said,
+    suggest_unit,
+    swap,
+)
+from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, get_part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kinds
@@ -32,6 +39,9 @@ ELEMENTS = (
     "opening",
 )
 """What `there is` and `each` go through, as it is spelt."""
+
+PART_WORDS = PIECE_WORDS | {"face", "edge", "element"}
+"""Words that a part is declared with."""
 
 
 @dataclass(slots=True)
@@ -73,7 +83,8 @@ class ConditionChecker(MeasureChecker):
             case s.Property():
                 self._check_property(node, names)
             case s.Relation():
-                self._check_condition_word(node.name, (node.left, node.right), node, names)
+                if not self._report_part(node):
+                    self._check_condition_word(node.name, (node.left, node.right), node, names)
             case s.Not(condition):
                 self.condition(condition, names)
             case s.And(conditions) | s.Or(conditions):
@@ -86,6 +97,26 @@ class ConditionChecker(MeasureChecker):
             case s.There():
                 self._check_there(node, names)
         return CONDITION
+
+    def _report_part(self, node: s.Relation) -> bool:
+        """Report three words that are no relation but a part, wrongly declared."""
+        left, name = node.left, node.name
+        if not isinstance(left, s.Reference) or left.name.text in self.scope.symbols:
+            return False
+        right = self.source.text[node.right.span.start : node.right.span.end]
+        known = name.text in self.scope.words or name.text in self.scope.defines
+        if left.name.text in PART_WORDS and not known:
+            joined = f"{name}_{right}"
+            hint = f"write `{left.name} {joined}`, or `{left.name} {name}, {right}` for two"
+            fix = respell(name.span.to(node.right.span), joined, sure=False)
+            self.fault("part", "the name of a part is one word", node, hint, (fix,))
+            return True
+        if left.name.text in ("a", "an", "the") and name.text in PART_WORDS:
+            fix = respell(node.span, f"{name} {right}", sure=False)
+            message = f"a part is declared without `{left.name}`"
+            self.fault("part", message, node, f"write `{name} {right}`", (fix,))
+            return True
+        return False
 
     def check_count(self, count: s.Count) -> None:
         """Report a count that is no whole number, or upside down."""
@@ -170,7 +201,11 @@ class ConditionChecker(MeasureChecker):
     def _check_unshadowed(self, new: Iterable[s.Name], names: Names) -> bool:
         free = True
         for name in new:
-            if (
+            if isinstance(self.scope.symbols.get(name.text), SetSymbol):
+                free = False
+                hint = f"write `each {name}: ...`; `there is` and `each pair` need other names"
+                self.fault("each", f"`{name}` is a set already", name, hint)
+            elif (
                 name.text in names
                 or name.text in self.scope.symbols
                 or name.text in self.scope.lets

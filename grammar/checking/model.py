@@ -1,8 +1,10 @@
 """Models: names that are free, parts that can be, and every statement's expressions."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.conditions import ConditionChecker
@@ -34,6 +36,20 @@ DEEPEST = 80
 
 MOST_NESTED = 30
 """Definitions within definitions."""
+
+
+_NUMBER = r"\s*[-+]?(\d+\.?\d*|\.\d+)\s*"
+_VECTOR = f"{_NUMBER},{_NUMBER},{_NUMBER}"
+
+STATED: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "up": (rf"-?[xyz]|auto|none|{_VECTOR}", '`up z`, `up -y` or `up "0,0,1"`'),
+        "unit": (r"m|cm|mm|in|ft|none", "`unit m`, `cm`, `mm`, `in` or `ft`"),
+        "scale": (r".*\S.*=.*\S.*", '`scale "height = 74 cm"`'),
+        "sensor": (_VECTOR, '`sensor "0,-1,2"`'),
+    }
+)
+"""Options for reading an example's file: a pattern for the value, and how it is written."""
 
 
 @dataclass(slots=True)
@@ -372,12 +388,31 @@ class _ModelChecker(ConditionChecker):
                     make_respelling(label, labels),
                 )
         if isinstance(example.scene, s.SceneBuilt):
-            for setting in example.scene.settings:
-                self._check_quantity(setting.quantity)
+            for solid in example.scene.solids:
+                for setting in solid.settings:
+                    self._check_quantity(setting.quantity)
+        else:
+            self._check_stated(example.scene)
         if example.at_least is not None:
             found = self._check_quantity(example.at_least)
             if found is not None and found is not Dimension.NUMBER:
                 self.fault("dimension", f"a degree is a share, this is {found}", example.at_least)
+
+    def _check_stated(self, scene: s.SceneFile) -> None:
+        given: set[str] = set()
+        for stated in scene.stated:
+            name, value = stated.name, stated.value
+            pattern, written = STATED.get(name.text, ("", ""))
+            if not pattern:
+                message = f"`{name}` is no option for reading a file"
+                hint = said(name.text, STATED) or f"there are {', '.join(STATED)}"
+                self.fault("stated", message, name, hint, make_respelling(name, STATED))
+            elif name.text in given:
+                self.fault("twice", f"`{name}` is given twice", name)
+            elif not re.fullmatch(pattern, value.value):
+                message = f"`{value.value}` is no value of `{name}`"
+                self.fault("stated", message, value, f"write {written}")
+            given.add(name.text)
 
 
 def _is_fading(statement: s.Let | s.Define) -> bool:

@@ -11,7 +11,8 @@ from lsprotocol import types as lsp
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
-from facetlog.grammar.example_scenes import Builders
+from facetlog.grammar.checking.model import STATED
+from facetlog.grammar.example_scenes import PLACES, Builders
 from facetlog.grammar.language_server.hover import (
     describe_model,
     describe_unit,
@@ -236,15 +237,17 @@ class _Completer:
         texts = self._get_texts()
         if "because" in texts:
             yield from self._complete_labels()
-        elif texts[-1:] == ("of",):
+        elif texts[-1:] in (("of",), ("and",)):
             for name, dimensions in sorted(self.builders.items()):
                 yield _make_item(name, _KINDS.Constructor, f"{name}({', '.join(dimensions)})")
         elif "UNIT" in self.context.terminals:
             yield from self._complete_units()
-        elif "of" in texts[:-1]:
-            builder = texts[texts.index("of") + 1]
-            for name in self.builders.get(builder, ()):
-                if name not in texts[texts.index("of") + 2 :]:
+        elif "(" in texts:
+            opened = len(texts) - 1 - texts[::-1].index("(")
+            builder = texts[opened - 1]
+            sizes = STATED if "from" in texts else (*self.builders.get(builder, ()), *PLACES)
+            for name in sizes:
+                if name not in texts[opened:]:
                     yield _make_item(name, _KINDS.Field, f"of {builder}")
 
     # ----------------------------------------------------- what there is

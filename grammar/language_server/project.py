@@ -14,6 +14,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis, analyse
 from facetlog.grammar.checking.same_names import SameNames
 from facetlog.grammar.example_scenes import Builders, find_all_faults
+from facetlog.grammar.fault_codes import FAULT_KINDS
 from facetlog.grammar.faults import Edit, Fault, Fix, Severity
 from facetlog.grammar.fix_all import Check, fixed
 from facetlog.grammar.language_server.symbols import Occurrences, occurrences
@@ -268,6 +269,7 @@ def diagnostic(fault: Fault, text: EditorText) -> lsp.Diagnostic:
         message,
         severity=_SEVERITIES[fault.severity],
         code=fault.code,
+        code_description=lsp.CodeDescription(FAULT_KINDS[fault.code].address),
         source=SOURCE,
     )
 

@@ -281,9 +281,10 @@ class _Finder:
 
     def _find_in_scene(self, scene: s.SceneFile | s.SceneBuilt) -> None:
         if isinstance(scene, s.SceneBuilt):
-            self._add(SymbolKind.BUILDER, scene.builder, None)
-            for setting in scene.settings:
-                self._find_in_expression(setting.quantity, {})
+            for solid in scene.solids:
+                self._add(SymbolKind.BUILDER, solid.builder, None)
+                for setting in solid.settings:
+                    self._find_in_expression(setting.quantity, {})
 
     # ------------------------------------------------------- expressions
 

@@ -23,6 +23,7 @@ from facetlog.grammar.reading.layout import (
     laid_out,
     pieces,
 )
+from facetlog.grammar.reading.mistakes import find_mistake, find_wrong_kind
 from facetlog.grammar.reading.tree import TreeToSyntax
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.traversal import Node, children, moved
@@ -40,6 +41,8 @@ ALIKE = 0.7
 
 WORDS_TRIED = 12
 """Words before the fault that are tried as misspelt keywords."""
+
+KINDS_HINT = "a part is a `face`, a `board`, a `bar`, a `block`, a `piece` or an `opening`"
 
 MOST_WANTED = 8
 """Most alternatives that a message lists."""
@@ -65,12 +68,10 @@ def explained(
     """
     text = statement.text(source.text)
     base = statement.span.start
-    first, *rest = statement.tokens
-    if first.text in STATEMENT_WORDS and rest and rest[0].text == ":" and first.text != "expect":
-        message = f"`{first.text}` is a word of the language, and no label"
-        span = Span(first.start, first.end)
-        return Fault("syntax", message, source, span, "choose another label")
     here = reach(text)
+    known = find_mistake(source, statement, here.reach)
+    if known is not None:
+        return known
     meant = _find_misspelt(statement, text, here.reach, reach)
     if meant is not None:
         token, word = meant
@@ -86,7 +87,12 @@ def explained(
         span = Span(token.start, token.end)
         message, at = f"`{token.text[:30]}` cannot stand here", token.start - base
     wanted = _describe_wanted(here.expected)
-    hint = find_phrase_hint(text, at) or (f"expected {wanted}" if wanted else "")
+    phrase = find_phrase_hint(text, at)
+    kind = find_wrong_kind(statement)
+    if kind is not None:
+        message, span = f"`{kind.text}` is no kind of part", Span(kind.start, kind.end)
+        return Fault("part", message, source, span, phrase or KINDS_HINT)
+    hint = phrase or (f"expected {wanted}" if wanted else "")
     return Fault("syntax", message, source, span, hint)
 
 

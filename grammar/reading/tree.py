@@ -191,12 +191,29 @@ class TreeToSyntax:
         return s.Example(text, scene, outcome, at_least, because, span)  # type: ignore[arg-type]
 
     def scene_file(self, parts: Parts) -> s.SceneFile:
-        return s.SceneFile(_text(parts[0]), _span(parts))  # type: ignore[arg-type]
+        path, *stated = parts
+        given = tuple(p for p in stated if p is not None)
+        return s.SceneFile(_text(path), given, _span(parts))  # type: ignore[arg-type]
+
+    def stated(self, parts: Parts) -> s.Stated:
+        name, value = parts
+        return s.Stated(_name(name), s.Text(str(value), _span([value])), _span(parts))
+
+    def stated_downwards(self, parts: Parts) -> s.Stated:
+        name, axis = parts
+        return s.Stated(_name(name), s.Text(f"-{axis}", _span([axis])), _span(parts))
+
+    def stated_text(self, parts: Parts) -> s.Stated:
+        name, value = parts
+        return s.Stated(_name(name), _text(value), _span(parts))  # type: ignore[arg-type]
 
     def built(self, parts: Parts) -> s.SceneBuilt:
+        return s.SceneBuilt(tuple(parts), _span(parts))
+
+    def solid(self, parts: Parts) -> s.Solid:
         name, *settings = parts
         given = tuple(p for p in settings if p is not None)
-        return s.SceneBuilt(_name(name), given, _span([name, *given]))
+        return s.Solid(_name(name), given, _span([name, *given]))
 
     def setting(self, parts: Parts) -> s.Setting:
         return s.Setting(_name(parts[0]), parts[1], _span(parts))

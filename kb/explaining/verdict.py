@@ -309,11 +309,11 @@ class Recognition:
         return f"<Recognition of {self.scene}: {found}>"
 
     def lines(self, *, full: bool = False) -> Iterator[str]:
-        """Return what holds and why, then a line for each verdict that does not hold; `full` with
-        the whole proofs."""
+        """Return what holds and why, then a line for each verdict that does not hold, those of
+        users' own models first; `full` with the whole proofs."""
         for verdict in self.best:
             yield from verdict.lines(full=full)
-        for verdict in self.verdicts:
+        for verdict in sorted(self.verdicts, key=lambda verdict: not verdict.own):
             if verdict.state is not State.HOLDS:
                 yield verdict.summary if full else format_summary_line(verdict)
         if not self.verdicts:

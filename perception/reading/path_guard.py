@@ -1,19 +1,20 @@
-"""Path check of untrusted poses files: they may name only pictures and videos in their own folder.
+"""Path check of untrusted poses files and models: they may name only files in their own folder.
 
-A poses file may come from a stranger. The files that it names are opened, messages reveal their
-size and whether they are pictures, and a camera's address would be connected to.
+They may come from a stranger. The files that they name are opened, messages reveal their size and
+what they are, and a camera's address would be connected to.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 
-WAY_OUT = "put it into that folder, or trust the poses file (--trust, trust=True) if it is your own"
+WAY_OUT = "put it into that folder, or trust the {} (--trust, trust=True) if it is your own"
 
 
 class OutsideError(InputError):
-    """A poses file names what is not in its folder: absolute, by "..", or by a link."""
+    """A file names what is not in its folder: absolute, by "..", or by a link."""
 
 
 def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
@@ -30,9 +31,21 @@ def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
         )
     path = picture.path if frame is None else Path(frame.source)
     what = f"picture {picture.name!r}" if frame is None else f"video {frame.source!r}"
+    check_inside(path, (folder,), source, what)
+
+
+def check_inside(
+    path: Path, folders: Sequence[Path], source: Path, what: str, kind: str = "poses file"
+) -> None:
+    """Raise OutsideError if a path that `source` names is, its links resolved, outside of all
+    folders.
+    """
     try:
-        inside = path.resolve().is_relative_to(folder.resolve())
+        found = path.resolve()
+        inside = any(found.is_relative_to(folder.resolve()) for folder in folders)
     except (OSError, RuntimeError, ValueError):  # a loop of links, or no name of a file
         return
     if not inside:
-        raise OutsideError(f"{source}: {what} is outside of {folder.resolve()}: {WAY_OUT}")
+        raise OutsideError(
+            f"{source}: {what} is outside of {folders[0].resolve()}: {WAY_OUT.format(kind)}"
+        )

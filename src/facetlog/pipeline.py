@@ -145,6 +145,19 @@ def read_views_from(
         return correct_poses(view_set, progress)
 
 
+def holds_shape(path: Path) -> bool:
+    """Return whether a path is a scene, mesh or cloud or the folder of one, and not pictures."""
+    from facetlog.perception.reading.pose_files.register import has_only_pictures, has_poses
+    from facetlog.query_shell.scene_files import SCENE_FILE, is_raw_shape
+
+    if path.is_dir():
+        written = (path / SCENE_FILE).is_file()
+        if written and has_only_pictures(path):  # those show what was found
+            return True
+        return (written or is_raw_shape(path)) and not has_poses(path)
+    return path.is_file() and _is_measured(path)
+
+
 def _check_not_written(path: Path) -> None:
     """Raise InputError for a folder of results, whose pictures only show what was found, and for a
     file that is a scene, mesh or cloud already.
@@ -155,14 +168,14 @@ def _check_not_written(path: Path) -> None:
 
     if path.is_file() and _is_measured(path):
         raise InputError(
-            f"{path} is measured already, no poses of pictures: facetlog classify {path} says what "
-            f"it is, facetlog why {path} MODEL why"
+            f"{path} is measured already, no poses of pictures: facetlog recognize {path} says "
+            f"what it is, facetlog why {path} MODEL why"
         )
     if SCENE_FILE in list_written_files(path) and has_only_pictures(path):
         raise InputError(
             f"{path} is what a run wrote (-o), and its pictures show what was found: ask its scene "
-            f"(facetlog why {path / SCENE_FILE} MODEL, facetlog query {path / SCENE_FILE}), or "
-            "recognize the folder of the pictures it was made from"
+            f"(facetlog recognize {path / SCENE_FILE}, facetlog query {path / SCENE_FILE}), or "
+            "give the folder of the pictures it was made from"
         )
 
 
@@ -321,10 +334,25 @@ def recognize_views(
     """Find scene, facts and verdicts for the views, by the models of `base` (else the built-in
     ones); `near` as for `judge_loaded_scene`.
     """
-    from facetlog.kb.recognize import judge_loaded_scene
-
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     scene, scale = apply_known_scale(scene, method)
+    return recognize_scene(scene, view_set, base=base, scale=scale, clock=clock)
+
+
+def recognize_scene(
+    scene: "Scene",
+    view_set: "ViewSet",
+    *,
+    base: "KnowledgeBase | None" = None,
+    scale: "Scale | None" = None,
+    clock: StepClock,
+) -> Recognised:
+    """Find facts and verdicts for a scene, by the models of `base` (else the built-in ones).
+
+    `view_set` has the views that it was reconstructed from, if any.
+    """
+    from facetlog.kb.recognize import judge_loaded_scene
+
     with clock.step("facts"):
         facts = facts_of(scene)
     with clock.step("verdicts"), ExitStack() as stack:

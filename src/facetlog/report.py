@@ -71,7 +71,7 @@ def format_verdicts_text(found: Recognised, *, full: bool = False) -> str:
     used, given = len(scene.views), len(found.view_set.views) + found.view_set.left_out
     views = many(given, "view")
     seen = (
-        views if used == given else f"{used} of {views}",
+        *([views if used == given else f"{used} of {views}"] if given else []),
         many(len(scene.faces), "face"),
         many(len(scene.edges), "edge"),
         many(len(scene.vertices), "vertex", "vertices"),
@@ -129,7 +129,8 @@ def write_report(
         with clock.step("draw pictures"):
             if degrees:
                 write_degree_plot(made / DEGREE_FILE, degrees, scene.name)
-            _write_pictures(made, found, pieces, progress)
+            if found.view_set.views:
+                _write_pictures(made, found, pieces, progress)
         with clock.step("write the page"):
             text = page(Subject.of_run(found, pieces))
             (made / PAGE_FILE).write_text(text, encoding="utf-8")

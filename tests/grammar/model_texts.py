@@ -52,7 +52,7 @@ _NAMED = st.one_of(
     _NAME, _joined(_NAME, ".", _NAME), _joined(_NAME, "(", _maybe(_listed(_NAME)), ")")
 )
 _SIGN = st.sampled_from([["+"], ["-"], ["*"], ["/"]])
-_HOW = st.sampled_from([["sum"], ["lowest"], ["smallest", "gap"]])
+_HOW = st.sampled_from([["sum"], ["lowest"], ["smallest", "gap"], ["largest", "step"]])
 _MEASURE = st.recursive(
     st.one_of(_NAMED, _QUANTITY),
     lambda inner: st.one_of(

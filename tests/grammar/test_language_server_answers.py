@@ -30,6 +30,7 @@ def test_every_text_gets_answers_everywhere(text: str, chance) -> None:  # type:
     analysis = project.analysis(path)
     found = diagnostics(project, path)
     assert len(found) >= bool(analysis.faults)
+    assert all(d.code_description.href.endswith(f"#{d.code}") for d in found)  # type: ignore[union-attr]
     outline(analysis.file, project.text(path))
     known = occurrences(analysis)
     for one in known.every:

@@ -41,7 +41,8 @@ class Maker:
     def __call__(self, scene: s.SceneFile | s.SceneBuilt, model: Path) -> Iterable[Fact]:
         if isinstance(scene, s.SceneFile):
             raise InputError(f"{model.parent / scene.path.value} does not exist")
-        sizes = convert_sizes(scene)
+        (solid,) = scene.solids
+        sizes = convert_sizes(solid)
         self.made.append(sizes)
         return _facts(cuboid(sizes["width"], sizes["depth"], sizes["height"]))
 

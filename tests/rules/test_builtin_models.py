@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.commands.model.scenes import list_builder_sizes, make_example_facts
+from facetlog.commands.model.scenes import ExampleScenes, list_builder_sizes
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.example_scenes import find_scene_faults
 from facetlog.grammar.format import formatted
@@ -26,7 +26,7 @@ def test_a_model_is_without_fault_and_in_canonical_layout(path: Path) -> None:
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
 def test_examples_are_as_they_say(path: Path) -> None:
-    cases = list_example_cases(analyse(path), make_example_facts)
+    cases = list_example_cases(analyse(path), ExampleScenes().make_facts)
     assert {case.expected.state for case in cases} == set(State)
     with KnowledgeBase() as base:
         failed = [result for result in run_cases(base, cases) if not result.passed]

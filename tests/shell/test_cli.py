@@ -18,6 +18,7 @@ from facetlog import __version__
 from facetlog.cli import main
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
 
 
@@ -111,13 +112,38 @@ def test_up_may_be_stated_and_what_was_read_is_described(tmp_path, capsys):
         assert "--up 'w': use one of x, y, z" in _refusal(capsys)
 
 
-def test_a_folder_of_results_is_named_with_what_asks_its_scene(tmp_path, capsys):
+@pytest.mark.parametrize("kind", ["folder", ".json", ".ply"])
+def test_shapes_are_recognised_as_pictures_are(tmp_path, capsys, kind):
+    own = tmp_path / "own.model"
+    own.write_text('model slab\n  "It."\n  face a\n  a is level, height(this) at most 5 cm\n')
+    source = tmp_path / ("folder/scene.json" if kind == "folder" else f"shape{kind}")
+    source.parent.mkdir(exist_ok=True)
+    if kind == ".ply":
+        write_mesh(cuboid(), source)
+    else:
+        write_scene(cuboid(), source)
+    stated = ["--up", "z", "--unit", "m"] if kind == ".ply" else []
+    named = source.parent if kind == "folder" else source
+    call = ["recognize", str(named), "--models", str(own), *stated]
+    assert main([*call, "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "t1 is a box" in said
+    misses = [line for line in said.splitlines() if line.startswith("t1 is no ")]
+    assert misses[0].startswith("t1 is no slab")
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"scene.json", "report.html"}
+    assert main([*call, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["recognised"] == [{"thing": "t1", "model": "box"}]
+
+
+def test_of_a_folder_of_results_the_scene_is_recognised(tmp_path, capsys):
     folder, out = _views(tmp_path / "views"), tmp_path / "out"
     assert main(["recognize", str(folder), "-o", str(out)]) == 1
     capsys.readouterr()
-    assert main(["recognize", str(out)]) == 2
+    assert main(["recognize", str(out)]) == 1
+    assert "views: 0 faces" in capsys.readouterr().out
+    assert main(["reconstruct", str(out), "-o", str(tmp_path / "scene.json")]) == 2
     said = _refusal(capsys)
-    assert f"facetlog why {out / 'scene.json'} MODEL" in said
+    assert f"facetlog recognize {out / 'scene.json'}" in said
     assert "mat" not in said
     # With poses they are pictures as any.
     shutil.copytree(folder, out, dirs_exist_ok=True)
@@ -214,8 +240,11 @@ def test_warnings_that_are_logged_have_the_form_of_all_others(capsys):
 @pytest.mark.parametrize(
     ("argv", "way_out"),
     [
-        (["recognize", "scene.json"], "facetlog classify scene.json says what it is"),
-        (["reconstruct", "block.ply", "-o", "out.json"], "facetlog classify block.ply says"),
+        (["reconstruct", "scene.json", "-o", "o.json"], "facetlog recognize scene.json says what"),
+        (["reconstruct", "block.ply", "-o", "out.json"], "facetlog recognize block.ply says"),
+        (["recognize", "scene.json", "--square", "3 cm"], "leave it out"),
+        (["recognize", "scene.json", "--follow"], "leave it out"),
+        (["recognize", "photos", "--sensor", "0,0,0"], "photos holds none"),
         (["recognize", "photos/0.png"], "give the folder of all that show the thing"),
         (["query", "photos", "face(F)"], "facetlog recognize photos -o OUT makes one"),
         (["classify", "photos"], "facetlog recognize photos -o OUT makes one"),

@@ -2,6 +2,8 @@
 
 import io
 import json
+from pathlib import Path
+from urllib.parse import unquote, urlparse
 from xml.etree import ElementTree
 
 import pytest
@@ -93,6 +95,22 @@ def test_a_fault_of_a_file_that_several_use_is_reported_once(run, write):
     (fault,) = found["faults"]
     assert (fault["file"], fault["severity"], fault["line"]) == ("c.model", "error", 4)
     assert [(fix["title"], fix["sure"]) for fix in fault["fixes"]] == [("write `level`", True)]
+
+
+def test_each_code_leads_to_its_heading(run, write):
+    """As text, JSON and SARIF: a page that is installed, and a heading in it."""
+    write(a=THREE_FAULTS)
+    text = run("model", "check", "a.model")[1]
+    found = json.loads(run("model", "check", "a.model", "--output", "json")[1])["faults"]
+    sarif = json.loads(run("model", "check", "a.model", "--output", "sarif")[1])
+    rules = sarif["runs"][0]["tool"]["driver"]["rules"]
+    addresses = {fault["help"] for fault in found}
+    assert addresses == {rule["helpUri"] for rule in rules}
+    assert addresses == {line[4:] for line in text.splitlines() if line.startswith("see ")}
+    for fault in found:
+        page, heading = fault["help"].split("#")
+        assert heading == fault["code"]
+        assert f"\n## {heading}\n" in Path(unquote(urlparse(page).path)).read_text("utf-8")
 
 
 def test_sarif_has_what_the_standard_requires(run, write):

@@ -4,6 +4,9 @@ import json
 
 import pytest
 
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.mesh_export import write_mesh
+
 SPONGE = """model sponge
   "What fills the box round it, with a side that is deep and hollow."
 
@@ -132,3 +135,27 @@ def test_what_cannot_be_drawn_is_refused(name, text, code, message, draw):
     found, out, err = draw(name, text)
     assert found == code
     assert message in out + err
+
+
+@pytest.mark.parametrize(("title", "code"), [("a wheel", 0), ("a file", 1)])
+def test_an_example_is_drawn_and_judged(run, tmp_path, title, code):
+    write_mesh(cuboid(), tmp_path / "block.ply")
+    (tmp_path / "roller.model").write_text(
+        """model roller
+  "Round all about."
+  block body
+  round: curved(this) at least 20 %
+  example "a wheel" of wheel(diameter 20 cm, thickness 10 cm) holds
+  example "a file" from "block.ply" (up z, unit m) fails
+"""
+    )
+    drawn = run("model", "draw", "roller.model", "--example", title, "-o", "one.png")
+    assert (drawn[0], drawn[1][:9]) == (code, "one.png: ")
+    assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")
+    again = ("model", "draw", "roller", "--models", "roller.model", "--example", title)
+    assert run(*again, "-o", "one.png")[0] == 2
+    found = json.loads(run(*again, "-o", "one.png", "--overwrite", "--json")[1])
+    assert (found["model"], found["example"]) == ("roller", title)
+    code, _, said = run("model", "draw", "roller.model", "--example", "none")
+    assert (code, '"a wheel"; "a file"' in said) == (2, True)
+    assert run("model", "test", "roller.model")[0] == 0

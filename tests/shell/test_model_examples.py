@@ -1,11 +1,13 @@
 """`facetlog model test`: examples, labelled scenes, coverage and margins."""
 
 import json
+import os
 
 import pytest
 
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import write_scene
 
 MODEL = """model slab
@@ -81,7 +83,9 @@ def test_labelled_scenes_are_tested_as_well(run, tmp_path):
     (tmp_path / "labels.csv").write_text(table)
     code, out, _ = run("model", "test", "slab.model", "--scenes", "labels.csv")
     assert code == 1
-    assert out.startswith('labels.csv:3: failed: box "flat.json": it holds')
+    passed, failed, *_ = out.splitlines()
+    assert passed == 'labels.csv:2: passed: slab "flat.json t1" holds'
+    assert failed.startswith('labels.csv:3: failed: box "flat.json": it holds')
     assert out.endswith("4 examples, 3 passed, 1 failed\n")
 
 
@@ -113,3 +117,96 @@ def test_coverage_counts_lines_and_gives_margins(run):
 )
 def test_what_cannot_be_read_ends_with_2(arguments, run):
     assert run("model", "test", *arguments)[0] == 2
+
+
+def _write_meshes(folder):
+    """Write a flat mesh and a thick one, in centimetres with y up."""
+    folder.mkdir(exist_ok=True)
+    for name, height in (("slab+flat", 5.0), ("slab-thick", 50.0)):
+        write_mesh(cuboid(80.0, height, 50.0), folder / f"{name}.ply")
+
+
+def test_meshes_are_examples_with_the_up_and_unit_that_are_stated(run, tmp_path):
+    _write_meshes(tmp_path / "own")
+    high = "  tall: if known: height(this) at most 1 m\n"
+    more = '  example "y" from "own/slab+flat.ply" (up y, unit cm) holds\n'
+    more += '  example "z" from "own/slab+flat.ply" (up z, unit cm) fails because thin\n'
+    more += '  example "m" from "own/slab+flat.ply" (up y, unit m) fails because tall\n'
+    more += '  example "s" from "own/slab+flat.ply" (up y, scale "height = 5 cm") holds\n'
+    (tmp_path / "slab.model").write_text(MODEL + high + more)
+    assert run("model", "test", "slab.model")[:2] == (0, "6 examples, 6 passed, 0 failed\n")
+
+
+@pytest.mark.parametrize("name", ["../outside.json", "link.json", "/dev/zero", "fifo.ply", "."])
+def test_a_model_reads_only_files_in_its_own_folder(run, tmp_path, name):
+    write_scene(cuboid(), tmp_path / "outside.json")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "link.json").symlink_to(tmp_path / "outside.json")
+    os.mkfifo(tmp_path / "in" / "fifo.ply")
+    (tmp_path / "in" / "slab.model").write_text(f'{MODEL}  example "x" from "{name}" fails\n')
+    code, out, _ = run("model", "test", "in/slab.model")
+    assert (code, "the scene: " in out) == (1, True)
+    if name in ("../outside.json", "link.json"):
+        assert "is outside of" in out
+        assert run("model", "test", "in/slab.model", "--trust")[0] == 0
+
+
+@pytest.mark.parametrize("form", ["names", "table"])
+@pytest.mark.parametrize("call", [["own"], [".", "--scenes", "own"]])
+def test_a_folder_of_meshes_is_tested_by_its_table_or_its_names(run, tmp_path, form, call):
+    _write_meshes(tmp_path / "own")
+    (tmp_path / "own" / "slab+flat.png").write_text("no shape")
+    if form == "table":
+        rows = "slab+flat.ply,slab,holds\nslab-thick.ply,slab,holds\nother.ply,other,holds\n"
+        (tmp_path / "own" / "expected.csv").write_text(f"file,model,expected\n{rows}")
+    stated = ("--up", "y", "--unit", "cm")
+    code, out, _ = run("model", "test", "slab.model", *call, *stated)
+    flat, thick, *_ = out.splitlines()
+    assert flat.endswith('passed: slab "slab+flat.ply" holds')
+    if form == "table":
+        assert thick.startswith("own/expected.csv:3: failed: slab")
+        assert "thin" in thick
+    assert (code, out.splitlines()[-1]) == (
+        (1, "4 examples, 3 passed, 1 failed")
+        if form == "table"
+        else (0, "4 examples, 4 passed, 0 failed")
+    )
+    found = json.loads(run("model", "test", "slab.model", *call, *stated, "--json")[1])
+    assert found["labelled"][0] == {"model": "slab", "expected": "holds", "holds": 1} | (
+        {"fails": 1} if form == "table" else {}
+    )
+
+
+def test_solids_put_together_are_an_example(run, tmp_path):
+    (tmp_path / "cart.model").write_text(
+        """model cart
+  "A board on wheels."
+  board deck where deck is level
+  low: elevation(deck) at most 50 % of length(deck)
+  round: curved(this) at least 5 %
+  example "four wheels" of cuboid(width 80 cm, depth 50 cm, height 3 cm, z 12 cm)
+    and wheel(diameter 12 cm, thickness 4 cm, along 80 cm, across 50 cm) holds
+  example "too many" of wheel(diameter 12 cm, along 90 cm, across 90 cm, columns 50, rows 50) fails
+"""
+    )
+    code, out, _ = run("model", "test", "cart.model")
+    assert (code, out.splitlines()[-1]) == (1, "2 examples, 1 passed, 1 failed")
+    assert "more than 400 solids" in out
+
+
+def test_what_is_evenly_spaced_is_told_from_what_is_not(run, tmp_path):
+    (tmp_path / "rack.model").write_text(
+        """model rack
+  "Bars evenly one above the other."
+  bar left where left is upright
+  at least 3 bars rung where rung is level, rung joins left
+  even: smallest step of elevation(rung) at least 80 % of largest step of elevation(rung)
+  close: largest step of elevation(rung) at most 60 cm
+  example "even" of cuboid(width 4 cm, depth 4 cm, height 2 m, along 44 cm)
+    and cuboid(width 36 cm, depth 3 cm, height 3 cm, x 4 cm, z 20 cm, over 160 cm, levels 5) holds
+  example "uneven" of cuboid(width 4 cm, depth 4 cm, height 2 m, along 44 cm)
+    and cuboid(width 36 cm, depth 3 cm, height 3 cm, x 4 cm, z 20 cm, over 60 cm, levels 3)
+    and cuboid(width 36 cm, depth 3 cm, height 3 cm, x 4 cm, z 160 cm) fails because even, close
+"""
+    )
+    assert run("model", "test", "rack.model")[:2] == (0, "2 examples, 2 passed, 0 failed\n")

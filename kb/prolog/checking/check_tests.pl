@@ -126,7 +126,8 @@ measure_fault(Expression, Position, Fault) :-
     measure_fault(Part, At, Fault).
 measure_fault(Summary, Position, Fault) :-
     compound(Summary),
-    memberchk(Summary, [lowest(List), highest(List), sum(List), mean(List)]),
+    memberchk(Summary, [ lowest(List), highest(List), sum(List), mean(List),
+                         smallest_step(List), largest_step(List) ]),
     !,
     argument_position(Position, 1, At),
     measures_fault(List, At, Fault).

@@ -153,6 +153,10 @@ described(lowest('Measures'), measure, "the least of the measures").
 described(highest('Measures'), measure, "the greatest of the measures").
 described(sum('Measures'), measure, "the sum of the measures").
 described(mean('Measures'), measure, "the mean of the measures").
+described(smallest_step('Measures'), measure,
+          "the least difference of neighbours among the measures in their order").
+described(largest_step('Measures'), measure,
+          "the greatest difference of neighbours among the measures in their order").
 described(openings_known('Thing'), relation, "no unseen space has room for another opening").
 described(whole('Thing'), relation, "the thing's surface is known from all sides").
 described(scanned('Thing'), relation,

@@ -101,6 +101,12 @@ value_of(mean(List), Test, Module, Reading, V, Var, Kind) :-
     length(Values, Count),
     V is Sum/Count,
     Var is SumVar/(Count*Count).
+value_of(smallest_step(List), Test, Module, Reading, V, Var, Kind) :-
+    steps(Test, List, Module, Reading, Kind, Steps),
+    min_member(V-Var, Steps).
+value_of(largest_step(List), Test, Module, Reading, V, Var, Kind) :-
+    steps(Test, List, Module, Reading, Kind, Steps),
+    max_member(V-Var, Steps).
 value_of(measure, Measure, _, Reading, V, Var, Kind) :-
     first_measure(Measure, V0, Sd, Kind),
     read_as(Reading, Measure, V0, V),
@@ -111,6 +117,16 @@ value_of(own_measure, Measure, Module, _, V, Var, Kind) :-
     ;   own_measure(Module, Measure, V, Sd, Kind)
     ),
     variance(Sd, Var).
+
+%   The differences of neighbours among the values in their order; none of fewer than two.
+steps(Test, List, Module, Reading, Kind, Steps) :-
+    quantities(Test, List, Module, Reading, Kind, Values),
+    msort(Values, Sorted),
+    findall(V-Var,
+            ( append(_, [A-VarA, B-VarB|_], Sorted),
+              V is B - A,
+              Var is VarA + VarB ),
+            Steps).
 
 %   Sort of an Expression.
 expression(Expression, Module, Sort) :-
@@ -148,6 +164,8 @@ operation(lowest(List), _, lowest(List)).
 operation(highest(List), _, highest(List)).
 operation(sum(List), _, sum(List)).
 operation(mean(List), _, mean(List)).
+operation(smallest_step(List), _, smallest_step(List)).
+operation(largest_step(List), _, largest_step(List)).
 
 %   A limit that is infinite is one that no measured value reaches: arithmetic refuses the other.
 finite_limit(X0, X) :-
@@ -377,3 +395,5 @@ operands(lowest(List), List) :- is_list(List).
 operands(highest(List), List) :- is_list(List).
 operands(sum(List), List) :- is_list(List).
 operands(mean(List), List) :- is_list(List).
+operands(smallest_step(List), List) :- is_list(List).
+operands(largest_step(List), List) :- is_list(List).

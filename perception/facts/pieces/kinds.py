@@ -49,6 +49,13 @@ _PIECES: tuple[FactKind, ...] = (
         "one object",
         _NO_UP + ", or unseen space may change it by more than 5 %",
     ),
+    _kind(
+        "piece_inset +P:piece +Q:piece V:length Sd:length",
+        _MAYBE,
+        "seen from above, how far P lies within the box around Q on the side where that is least, "
+        "below 0 if it projects; of pieces of one object",
+        _NO_UP + ", or it depends on unseen space",
+    ),
     _kind("piece_round +P:piece R:share", _ONE, "share of its surface that is curved"),
     _kind(
         "piece_measured +P:piece",

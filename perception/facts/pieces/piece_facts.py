@@ -15,6 +15,7 @@ from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     heights,
+    iter_known_insets,
     iter_known_overlaps,
     iter_known_relations,
 )
@@ -216,6 +217,8 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
             rows.add_rows("piece_angle", found.angles())
         if rows.wants("piece_overlap"):
             rows.add_rows("piece_overlap", found.overlaps())
+        if rows.wants("piece_inset"):
+            rows.add_rows("piece_inset", found.insets())
         if not with_openings:
             continue
         openings = find_openings_of(found.filled, found.up)
@@ -294,6 +297,11 @@ class _Found:
         """
         for one, other, share, sd in iter_known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
+
+    def insets(self) -> Iterator[tuple[str, str, float, float]]:
+        """Yield the arguments of the facts about how far each piece's plan is within another's."""
+        for one, other, inset, sd in iter_known_insets(self._boxes, self.up):
+            yield self.names[one], self.names[other], inset, sd
 
     @cached_property
     def _boxes(self) -> list[SolidBox]:

@@ -39,6 +39,8 @@ RIM_SHARE = 0.05
 # A desk's rear panel hangs this share of its height, and this share of its depth from the rear.
 MODESTY_SHARE = 0.5
 MODESTY_INSET_SHARE = 0.15
+# So many sides stand for a circle: turned by 7.5 degrees each, they bulge by 0.1 % of its diameter.
+ROUND_SIDES = 48
 # A bed's head board, of its length; a sofa's back, of its depth.
 HEAD_SHARE = 0.03
 BACK_SHARE = 0.25
@@ -59,7 +61,8 @@ class Parameter:
 class Builder:
     """A kind of exact scene: its name, its sizes, and what it shows.
 
-    What `is_solid` is known from all sides; of other things there is a part of the surface.
+    What `is_solid` is known from all sides; of other things there is a part of the surface. The
+    faces of what `is_round` are those of a prism or the like of many sides.
     """
 
     name: str
@@ -67,6 +70,7 @@ class Builder:
     meaning: str
     make: Callable[..., Scene] = field(repr=False)
     is_solid: bool = True
+    is_round: bool = False
 
 
 _BUILDERS: dict[str, Builder] = {}
@@ -134,7 +138,7 @@ def _checked(builder: str, parameter: Parameter, value: float) -> float:
 
 
 def _builder(
-    meaning: str, *, is_solid: bool = True
+    meaning: str, *, is_solid: bool = True, is_round: bool = False
 ) -> Callable[[Callable[..., Scene]], Callable[..., Scene]]:
     """Register a function `_make_NAME` as builder NAME, with the sizes of its signature."""
 
@@ -145,7 +149,7 @@ def _builder(
             Parameter(p.name, kinds[p.name].__metadata__[0], p.default)
             for p in signature(make).parameters.values()
         )
-        _BUILDERS[name] = Builder(name, sizes, meaning, make, is_solid)
+        _BUILDERS[name] = Builder(name, sizes, meaning, make, is_solid, is_round)
         return make
 
     return register
@@ -422,3 +426,23 @@ def _make_stairs(
     # Anticlockwise seen from -y, where x points to the right and z up.
     profile = [(0.0, 0.0), (going * steps, 0.0), (going * steps, rise * steps), *treads[:0:-1]]
     return polyhedra.extrude_profile(profile, width, sd=SD_M, name="stairs")
+
+
+@_builder("an upright round solid", is_round=True)
+def _make_cylinder(diameter: Length = 0.3, height: Length = 0.45) -> Scene:
+    lying = polyhedra.extrude_profile(_circle(diameter), height, sd=SD_M, name="cylinder")
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    upright = polyhedra.moved(lying, turn, (0.0, diameter, 0.0))
+    return replace(upright, up=np.array(polyhedra.UP))
+
+
+@_builder("a round solid on its rim, with its axis along y", is_round=True)
+def _make_wheel(diameter: Length = 0.1, thickness: Length = 0.03) -> Scene:
+    return polyhedra.extrude_profile(_circle(diameter), thickness, sd=SD_M, name="wheel")
+
+
+def _circle(diameter: float) -> list[tuple[float, float]]:
+    """Return the corners of a circle that touches both axes, anticlockwise."""
+    turns = (np.arange(ROUND_SIDES) / ROUND_SIDES * 2 * math.pi).tolist()
+    radius = diameter / 2
+    return [(radius + radius * math.cos(t), radius + radius * math.sin(t)) for t in turns]

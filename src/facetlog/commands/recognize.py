@@ -1,4 +1,4 @@
-"""`facetlog recognize`, `reconstruct` and `demo`: from pictures to scenes and verdicts."""
+"""`facetlog recognize`, `reconstruct` and `demo`: from pictures and shapes to verdicts."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.commands.shape_options import OverrideFile, Sensor, StatedOptions
+from facetlog.commands.shape_options import read as read_shape
 from facetlog.commands.shared import (
     NO,
     YES,
@@ -26,9 +28,12 @@ from facetlog.pipeline import (
     DEMO_WORLD,
     FrontEnd,
     Method,
+    Progress,
     Recognised,
     apply_known_scale,
+    holds_shape,
     read_views_from,
+    recognize_scene,
     recognize_views,
     reconstruct_views,
     render_simulated_views,
@@ -38,6 +43,7 @@ from facetlog.stream import Goal, Stop
 from facetlog.terminal import note, show_progress, show_times, warn
 
 if TYPE_CHECKING:
+    from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.perception.facts.known_length import Scale
     from facetlog.perception.reading.read_views import ViewSet
 
@@ -51,6 +57,14 @@ Views = Annotated[
         metavar="VIEWS",
         help="Folder of pictures, alone or with camera poses (transforms.json, COLMAP, …), or a "
         "poses file.",
+    ),
+]
+Source = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SOURCE",
+        help="Folder of pictures, alone or with camera poses, or its poses file; or a scene, mesh "
+        "or cloud, or the folder of one.",
     ),
 ]
 Out = Annotated[
@@ -148,6 +162,25 @@ class _ViewOptions(_MethodOptions):
         )
 
 
+@dataclass(frozen=True, slots=True)
+class _SourceOptions(_ViewOptions):
+    """Statements about pictures, scenes, meshes and clouds."""
+
+    sensor: Sensor = None
+    override_file: OverrideFile = False
+
+    def check_no_picture_options(self, path: Path) -> None:
+        """Raise InputError if an option was given that is for pictures alone."""
+        of_pictures = {
+            "--front-end paper": self.front_end is not FrontEnd.LINES,
+            "--sd-limit": self.sd_limit is not None,
+            "--square": self.square is not None,
+            "--keep-poses": self.keep_poses,
+        }
+        for option in (name for name, given in of_pictures.items() if given):
+            raise InputError(f"{option} is for pictures, and {path} holds none: leave it out")
+
+
 ReadViews = Callable[..., "ViewSet"]
 """Called with `progress` and `clock`."""
 
@@ -196,16 +229,23 @@ class OutputOptions:
 
 @command
 def recognize_command(
-    views: Views,
+    source: Source,
     judging: JudgingOptions,
     output: OutputOptions,
-    stated: _ViewOptions,
+    stated: _SourceOptions,
     following: FollowOptions,
 ) -> int:
-    """Recognize what pictures show, and explain why.
+    """Recognize what pictures, a scene, a mesh or a cloud show, and explain why.
 
     Exit code 0: a model matches, 1: none does.
     """
+    if holds_shape(source):
+        stated.check_no_picture_options(source)
+        if following != FollowOptions():
+            raise InputError(f"--follow is for pictures, and {source} holds none: leave it out")
+        return _recognize_shape(source, judging, output, stated)
+    if stated.sensor is not None or stated.override_file:
+        raise InputError(f"--sensor and --override-file are for shapes: {source} holds none")
     if following.follow:
         from facetlog.commands.follow import follow_views
 
@@ -215,12 +255,36 @@ def recognize_command(
             raise InputError("--scale goes without --follow: give it to scene convert afterwards")
         goal = None if following.until is None else Goal.parse(following.until)
         stop = Stop(goal, stated.make_method().sd_limit, following.max_views)
-        return follow_views(views, judging, output, following, stop, unit=stated.unit, up=stated.up)
+        return follow_views(
+            source, judging, output, following, stop, unit=stated.unit, up=stated.up
+        )
     if following != FollowOptions():
         raise InputError("--until, --max-views, --timeout and --no-polish go with --follow")
-    source = stated.read_views(views, find_kept_cameras(output.out), trust=judging.trust)
+    read_views = stated.read_views(source, find_kept_cameras(output.out), trust=judging.trust)
     method = stated.make_method(stated.scale)
-    return _recognize(source, judging, output, method, inputs=(views,))
+
+    def recognize(base: "KnowledgeBase", progress: Progress | None, clock: StepClock) -> Recognised:
+        view_set = read_views(progress=progress, clock=clock)
+        return recognize_views(
+            view_set, base=base, method=method, progress=progress, clock=clock, near=True
+        )
+
+    return _recognize(recognize, judging, output, inputs=(source,))
+
+
+def _recognize_shape(
+    path: Path, judging: JudgingOptions, output: OutputOptions, stated: _SourceOptions
+) -> int:
+    from facetlog.perception.reading.read_views import ViewSet
+
+    options = StatedOptions(stated.up, stated.unit, stated.sensor, stated.override_file)
+
+    def recognize(base: "KnowledgeBase", _: Progress | None, clock: StepClock) -> Recognised:
+        with clock.step("read"):
+            scene = read_shape(path, options, stated.scale).scene
+        return recognize_scene(scene, ViewSet(scene.name, ()), base=base, clock=clock, near=True)
+
+    return _recognize(recognize, judging, output, inputs=(path,))
 
 
 @command
@@ -275,10 +339,15 @@ def demo_command(
             raise InputError("--paper writes a page: give a folder for it by -o")
         return _run_paper_experiment(output.out, seed)
 
-    def render(**progress: object) -> "ViewSet":
-        return render_simulated_views(world, seed, **progress)  # type: ignore[arg-type]
+    method = how.make_method()
 
-    return _recognize(render, judging, output, how.make_method())
+    def recognize(base: "KnowledgeBase", progress: Progress | None, clock: StepClock) -> Recognised:
+        view_set = render_simulated_views(world, seed, progress=progress, clock=clock)
+        return recognize_views(
+            view_set, base=base, method=method, progress=progress, clock=clock, near=True
+        )
+
+    return _recognize(recognize, judging, output)
 
 
 def _run_paper_experiment(out: Path, seed: int) -> int:
@@ -303,23 +372,21 @@ def _run_paper_experiment(out: Path, seed: int) -> int:
 
 
 def _recognize(
-    read_views: ReadViews,
+    recognize: "Callable[[KnowledgeBase, Progress | None, StepClock], Recognised]",
     judging: JudgingOptions,
     output: OutputOptions,
-    method: Method,
     inputs: tuple[Path, ...] = (),
 ) -> int:
-    """Recognize what views show; what cannot be written or judged is refused before any work."""
+    """Print and write what is recognised; what cannot be written or judged is refused before any
+    work.
+    """
     from facetlog.report import format_verdicts_json, format_verdicts_text, write_report
 
     if output.out is not None:
         check_replaceable(output.out, inputs=(*inputs, *judging.paths))
     clock = StepClock()
     with judging.open_base() as base, show_progress() as progress:
-        view_set = read_views(progress=progress, clock=clock)
-        found: Recognised = recognize_views(
-            view_set, base=base, method=method, progress=progress, clock=clock, near=True
-        )
+        found = recognize(base, progress, clock)
         if output.out is not None:
             write_report(output.out, found, full=output.full, progress=progress)
     _describe(found.view_set, found.scale)

@@ -34,6 +34,21 @@ Scale = Annotated[
         help='A known length, if the unit is unknown: "v3 v7 = 25 ± 0.1 cm", "height = 74 cm".',
     ),
 ]
+Sensor = Annotated[
+    str | None,
+    typer.Option(
+        "--sensor",
+        metavar="X,Y,Z",
+        help="Position of the sensor that recorded a cloud, or none (default: none).",
+    ),
+]
+OverrideFile = Annotated[
+    bool,
+    typer.Option(
+        "--override-file",
+        help="Let --up and --unit override what the file states (glTF, COLLADA).",
+    ),
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,21 +72,8 @@ class StatedOptions:
             help=f"Unit of meshes and clouds: m, cm, mm, in, ft or none (default: {NONE}).",
         ),
     ] = None
-    sensor: Annotated[
-        str | None,
-        typer.Option(
-            "--sensor",
-            metavar="X,Y,Z",
-            help=f"Position of the sensor that recorded a cloud, or none (default: {NONE}).",
-        ),
-    ] = None
-    override_file: Annotated[
-        bool,
-        typer.Option(
-            "--override-file",
-            help="Let --up and --unit override what the file states (glTF, COLLADA).",
-        ),
-    ] = False
+    sensor: Sensor = None
+    override_file: OverrideFile = False
 
     @property
     def up_word(self) -> str:

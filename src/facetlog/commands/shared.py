@@ -60,12 +60,12 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Trust all given files: run models in Prolog, read pictures outside their folder.",
+        help="Trust all given files: run models in Prolog, read what they name elsewhere.",
     ),
 ]
 """The user trusts all files given: models may be in Prolog, which is run as a program
-(`KnowledgeBase.load_rules`), all models are judged in this process, and poses files may name
-cameras and pictures outside of their folder (`path_guard.py`)."""
+(`KnowledgeBase.load_rules`), all models are judged in this process, and poses files and models may
+name cameras, pictures and examples outside of their folder (`path_guard.py`)."""
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 

@@ -7,7 +7,8 @@ from itertools import product
 from types import MappingProxyType
 
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
+from facetlog.perception.shapes.meshes.built_solids import Solid, build_solids
+from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
 from facetlog.plurals import many
 from facetlog.prototype.assembly import ZERO, Assembly, Form, Length, Part
 
@@ -49,7 +50,7 @@ class BuilderForm:
 
     def scene(self, sizes: Mapping[str, float]) -> Scene:
         """Return what the builder makes of these sizes."""
-        return build(self.builder, {**self.counts, **sizes})
+        return build_solids([Solid(self.builder, {**self.counts, **sizes})])
 
     def described(self, sizes: Mapping[str, float]) -> str:
         """Return the builder and its sizes, as an example of a model writes them."""

@@ -137,7 +137,7 @@ def _missing(scene: Scene, expressions: Sequence[Term]) -> Term:
         if quantity(scene, expression) is None:
             assert isinstance(expression, tuple)
             name, *operands = expression
-            if name in ("lowest", "highest", "sum", "mean"):
+            if name in ("lowest", "highest", "sum", "mean", "smallest_step", "largest_step"):
                 operands = operands[0]
             elif name not in ("+", "-", "*", "/"):
                 operands = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from tests.kb.meaning.random_tests import FAULTY_MEASURES, OF_FACE, OPEN, OWN_MEASURES
@@ -186,7 +187,7 @@ def quantity(scene: Scene, expression: Term) -> Quantity | None:
         if args[0] not in named:
             raise FaultyTestError("existence_error", "tolerance", args[0])
         return Quantity(named[args[0]], 0.0, 0)
-    if name in ("lowest", "highest", "sum", "mean"):
+    if name in ("lowest", "highest", "sum", "mean", "smallest_step", "largest_step"):
         return _summary(scene, expression, args[0])
     if name == "count":
         return Quantity(float(len(args[0])), 0.0, 0)
@@ -209,6 +210,14 @@ def _summary(scene: Scene, expression: tuple[Term, ...], some: Sequence[Term]) -
     if expression[0] in ("lowest", "highest"):
         best = (min if expression[0] == "lowest" else max)(known, key=lambda one: one[:2])
         return best._replace(dimension=known[0].dimension)
+    if expression[0] in ("smallest_step", "largest_step"):
+        ordered = sorted(known, key=lambda one: one[:2])
+        steps = [
+            Quantity(b.value - a.value, a.variance + b.variance, known[0].dimension)
+            for a, b in pairwise(ordered)
+        ]
+        choose = min if expression[0] == "smallest_step" else max
+        return choose(steps, key=lambda one: one[:2]) if steps else None
     divisor = len(known) if expression[0] == "mean" else 1
     value = sum(one.value for one in known) / divisor
     return Quantity(value, sum(one.variance for one in known) / divisor**2, known[0].dimension)

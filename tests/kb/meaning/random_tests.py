@@ -177,7 +177,8 @@ class Drawing:
             return ("*", draw.choice((0.5, 2, 1, 0)), self._expression(kind, depth - 1))
         if depth and way < 0.5:
             some = [self._expression(kind, 0) for _ in range(draw.randint(0, 3))]
-            return (draw.choice(("lowest", "highest", "sum", "mean")), some)
+            how = ("lowest", "highest", "sum", "mean", "smallest_step", "largest_step")
+            return (draw.choice(how), some)
         if depth and way < 0.55:
             return ("-", self._expression(kind, depth - 1))
         if kind == "ratio" and way < 0.65:

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, command
+from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, Overwrite, command
 from facetlog.errors import InputError
 from facetlog.terminal import printable
 
 if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis
+    from facetlog.grammar.syntax import Example
     from facetlog.prototype.samples import Sample
     from facetlog.prototype.search import Search
     from facetlog.prototype.workbench import Workbench
@@ -51,15 +52,28 @@ def draw_command(
     models: ModelOptions,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", metavar="DIR", help="Output folder (default: drawn/NAME)."),
+        typer.Option(
+            "-o",
+            "--out",
+            metavar="OUT",
+            help="Output folder (default: drawn/NAME); with --example a .png file.",
+        ),
+    ] = None,
+    example: Annotated[
+        str | None,
+        typer.Option(
+            "--example", metavar="TITLE", help="Draw this example of the model, and judge it."
+        ),
     ] = None,
     effort: Effort = EFFORT,
+    overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> int:
     """Draw a solid that a model describes, with its measures in the middle of their limits.
 
-    Write NAME.png, NAME.glb and NAME.json. Exit code 0: the model holds for it, 1: no such solid
-    was found (the conditions that were never met together are listed), or the model has errors.
+    Write NAME.png, NAME.glb and NAME.json. With --example, write one of the model's examples as a
+    picture. Exit code 0: the model holds for what is drawn, 1: it does not (the conditions that
+    were never met together are listed), or the model has errors.
     """
     from facetlog.output_folder import check_replaceable, output_folder
     from facetlog.prototype.search import searched
@@ -67,6 +81,8 @@ def draw_command(
     if faults := _find_errors(name, models.paths):
         typer.echo(faults)
         return NO
+    if example is not None:
+        return _draw_example(name, example, models, out, overwrite=overwrite, as_json=as_json)
     folder = out or Path("drawn") / Path(name).stem
     check_replaceable(folder, inputs=models.paths)
     with _open_workbench(name, models) as bench:
@@ -91,13 +107,67 @@ def draw_command(
     return YES
 
 
+def _draw_example(
+    name: str, title: str, models: ModelOptions, out: Path | None, *, overwrite: bool, as_json: bool
+) -> int:
+    """Write an example of a model as a picture; return the exit code."""
+    from facetlog.commands.model.scenes import ExampleScenes
+    from facetlog.kb.recognize import open_knowledge_base
+    from facetlog.output_file import check_output_file
+    from facetlog.perception.atomic_write import write_atomically
+    from facetlog.pipeline import load_scene
+    from facetlog.prototype.picture import picture
+
+    path = out or Path(f"{title}.png")
+    check_output_file(path, "-o", models.paths, suffixes=(".png",), overwrite=overwrite)
+    model, example, file = _find_example(name, title, models.paths)
+    scene = ExampleScenes(trusted=models.trust).open(example.scene, file)
+    with open_knowledge_base(_list_files(name, models.paths), trusted=models.trust) as base:
+        load_scene(base, scene)
+        verdict = base.why(scene.name, model)
+    write_atomically(path, picture(scene, verdict, PICTURE_PX))
+    if as_json:
+        typer.echo(json.dumps({"schema": DRAW_SCHEMA, "model": model, "example": title,
+                               "picture": str(path), "verdict": verdict.to_json()}))  # fmt: skip
+    else:
+        typer.echo(printable(f"{path}: {verdict.summary}"))
+    return YES if verdict.state.value == "holds" else NO
+
+
+def _find_example(name: str, title: str, models: Sequence[Path]) -> "tuple[str, Example, Path]":
+    """Return the model's name, the example of this title, and the model's file.
+
+    Raise InputError, with the titles that there are, if there is none.
+    """
+    from facetlog.commands.model.check import analysed
+    from facetlog.grammar.example_scenes import list_examples
+    from facetlog.grammar.library import BUILTIN
+    from facetlog.kb.recognize import rule_files
+
+    files = (
+        [Path(name)] if name.endswith(SUFFIX) else [*rule_files(models), BUILTIN / f"{name}.model"]
+    )
+    titles: list[str] = []
+    for file in files:
+        if file.suffix != SUFFIX or not file.exists():
+            continue
+        for model, example in list_examples(analysed(file)):
+            if name.endswith(SUFFIX) or model.name.text == name:
+                if example.title.value == title:
+                    return model.name.text, example, file
+                titles.append(example.title.value)
+    known = "; ".join(f'"{one}"' for one in titles) or "none"
+    raise InputError(f'{name} has no example "{title}": there are {known}')
+
+
 def _write_drawing(search: "Search", folder: Path) -> None:
     from facetlog.perception.surfaces.mesh_export import write_mesh
     from facetlog.perception.surfaces.scene_file import write_scene
     from facetlog.prototype.picture import picture
 
     scene, name = search.best.judged.scene, search.bench.model
-    (folder / f"{name}.png").write_bytes(picture(search.best.judged, PICTURE_PX))
+    verdict = search.best.judged.verdict
+    (folder / f"{name}.png").write_bytes(picture(scene, verdict, PICTURE_PX))
     write_mesh(scene, folder / f"{name}.glb")
     write_scene(scene, folder / f"{name}.json")
 

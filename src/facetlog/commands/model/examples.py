@@ -1,7 +1,8 @@
 """`facetlog model test`: test models by their examples and by labelled scenes."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -16,13 +17,15 @@ from facetlog.commands.model.check import checked
 from facetlog.commands.model.fault_text import list_faults, plain
 from facetlog.commands.model.files import Files, is_stdin, model_files
 from facetlog.commands.model.watch import Ran, Watch, watched
-from facetlog.commands.shared import NO, YES, Trust, command
+from facetlog.commands.shape_options import Scale, StatedOptions
+from facetlog.commands.shared import NO, YES, AsJson, Trust, command
 from facetlog.errors import InputError
 from facetlog.plurals import many
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from facetlog.commands.model.scenes import ExampleScenes
     from facetlog.grammar.analysis import Analysis
     from facetlog.grammar.faults import Fault
     from facetlog.kb.coverage import ModelCoverage
@@ -46,6 +49,8 @@ class Output(StrEnum):
 @command
 def examples_command(
     files: Files,
+    stated: StatedOptions,
+    scale: Scale = None,
     coverage: Annotated[
         bool,
         typer.Option(
@@ -57,27 +62,59 @@ def examples_command(
         Path | None,
         typer.Option(
             "--scenes",
-            metavar="CSV",
-            help="Also test labelled scenes; first line of CSV: scene,thing,model,expected.",
+            metavar="PATH",
+            help="Also test labelled scenes and meshes: a table (first line: "
+            "file,model,expected), or a folder with expected.csv or with files named MODEL+… "
+            "(should hold) and MODEL-… (should fail).",
         ),
     ] = None,
     trust: Trust = False,
     output: Annotated[Output, typer.Option("--output", help="Format: text or json.")] = (
         Output.TEXT
     ),
+    as_json: AsJson = False,
     watch: Watch = False,
 ) -> int:
-    """Run the examples of models.
+    """Run the examples of models, and judge labelled scenes and meshes.
 
-    Exit code 0: all is as expected, 1: something is not, or a file has faults, 2: one cannot be
-    read.
+    A folder may hold models, labelled files as for --scenes, or both. --up, --unit, --scale and
+    --sensor state what labelled files do not. Exit code 0: all is as expected, 1: something is
+    not, or a file has faults, 2: one cannot be read.
     """
-    run = partial(_run_tests, files, scenes, output, coverage=coverage, trust=trust)
+    from facetlog.commands.model.scenes import ExampleScenes
+
+    test = partial(_test_files, files, scenes, partial(ExampleScenes, stated, scale, trusted=trust))
+    write = _format_json if as_json or output is Output.JSON else _format_text
+
+    def run() -> Ran:
+        tested, used = test()
+        typer.echo(write(tested, coverage=coverage))
+        if any(fault.code == "unreadable" for fault in tested.faults):
+            return Ran(InputError.exit_code, used)
+        return Ran(YES if tested.passed else NO, used)
+
     return watched(run, partial(_list_files, files, scenes), watch=watch)
 
 
 def _list_files(arguments: list[str], scenes: Path | None) -> tuple[Path, ...]:
-    return (*model_files(arguments), *(() if scenes is None else (scenes,)))
+    models, labelled = _split_arguments(arguments)
+    return (*models, *labelled, *(() if scenes is None else (scenes,)))
+
+
+def _split_arguments(arguments: list[str]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Return the model files, and the folders of labelled files, that arguments name."""
+    from facetlog.kb.labelled_scenes import is_labelled_folder
+    from facetlog.perception.shapes.shape_options import SUFFIXES
+
+    labelled = [argument for argument in arguments if is_labelled_folder(Path(argument), SUFFIXES)]
+    named = [
+        argument
+        for argument in arguments
+        if argument not in labelled or any(Path(argument).glob("**/*.model"))
+    ]
+    if not named:
+        raise InputError(f"{labelled[0]}: the folder has no models: name them before it")
+    return model_files(named), tuple(map(Path, dict.fromkeys(labelled)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,36 +130,25 @@ class Tested:
         """Whether nothing was wrong."""
         return not self.faults and all(result.passed for result in self.results)
 
-
-def _run_tests(
-    arguments: list[str], scenes: Path | None, output: Output, *, coverage: bool, trust: bool
-) -> Ran:
-    paths = model_files(arguments)
-    if any(map(is_stdin, paths)):
-        raise InputError("standard input cannot be tested: give a file, for its scenes' sake")
-    tested, used = _test_files(paths, scenes, trust=trust)
-    write = _format_json if output is Output.JSON else _format_text
-    typer.echo(write(tested, coverage=coverage))
-    if any(fault.code == "unreadable" for fault in tested.faults):
-        return Ran(InputError.exit_code, used)
-    return Ran(YES if tested.passed else NO, used)
+    @property
+    def labelled(self) -> "tuple[CaseResult, ...]":
+        """Results of labelled files."""
+        return tuple(result for result in self.results if result.case.is_labelled)
 
 
 def _test_files(
-    paths: Iterable[Path], scenes: Path | None, *, trust: bool
+    arguments: list[str], table: Path | None, open_scenes: "Callable[[], ExampleScenes]"
 ) -> tuple[Tested, frozenset[Path]]:
     from facetlog.commands.model.fault_text import distinct
-    from facetlog.commands.model.scenes import (
-        make_example_facts,
-        make_example_on_demand,
-        read_labelled_facts,
-        read_labelled_on_demand,
-    )
     from facetlog.grammar.faults import Severity
     from facetlog.kb.examples import list_example_cases, run_cases
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.kb.labelled_scenes import read_labelled_cases
+    from facetlog.perception.shapes.shape_options import SUFFIXES
 
+    paths, labelled = _split_arguments(arguments)
+    if any(map(is_stdin, paths)):
+        raise InputError("standard input cannot be tested: give a file, for its scenes' sake")
     analyses: list[Analysis] = []
     faults: list[Fault] = []
     used: set[Path] = set()
@@ -133,21 +159,26 @@ def _test_files(
         faults += errors
         if not errors and analysis.file.models:
             analyses.append(analysis)
+    scenes = open_scenes()
     cases = [
         case
         for one in analyses
-        for case in list_example_cases(one, make_example_facts, make_example_on_demand)
+        for case in list_example_cases(one, scenes.make_facts, scenes.make_on_demand)
     ]
     with KnowledgeBase() as base:
         for analysis in analyses:
-            base.load_rules(Path(analysis.file.source.name), trusted=trust)
-        if scenes is not None:
+            base.load_rules(Path(analysis.file.source.name), trusted=scenes.trusted)
+        for source in (*labelled, *(() if table is None else (table,))):
             cases += read_labelled_cases(
-                scenes, read_labelled_facts, known=base.models, on_demand=read_labelled_on_demand
+                source,
+                scenes.read_facts,
+                known=base.models,
+                on_demand=scenes.read_on_demand,
+                suffixes=SUFFIXES,
             )
-            used.add(scenes)
+            used.add(source)
         results = {result.case: result for result in run_cases(base, cases)}
-    used |= {Path(case.scene) for case in cases if Path(case.scene).is_file()}
+    used |= {case.file for case in cases if case.file is not None and case.file.is_file()}
     ordered = tuple(results[case] for case in cases)
     return Tested(tuple(analyses), distinct(faults), ordered), frozenset(used)
 
@@ -174,14 +205,39 @@ def _format_text(tested: Tested, *, coverage: bool) -> str:
     for fault in tested.faults:
         lines.extend(fault.lines())
     for result in tested.results:
-        if not result.passed:
+        if result.case.is_labelled:
+            lines.append(result.line)
+        elif not result.passed:
             lines.extend(result.lines())
+    if tested.labelled:
+        lines += ["", *_format_counts(tested), ""]
     if coverage:
         for model in _find_coverage(tested):
             lines.extend(_format_coverage(model))
         lines.extend(_format_margins(tested))
     lines.append(_summarize(tested))
     return "\n".join(map(plain, lines))
+
+
+def _count_labelled(tested: Tested) -> dict[tuple[str, str], Counter[str]]:
+    """Return how often each state came out, by the model and the state that was expected."""
+    found: dict[tuple[str, str], Counter[str]] = {}
+    for result in tested.labelled:
+        case = result.case
+        states = found.setdefault((case.model, case.expected.state.value), Counter())
+        states[result.verdict.state.value if result.verdict else "error"] += 1
+    return found
+
+
+def _format_counts(tested: Tested) -> Iterable[str]:
+    from rich.table import Table
+
+    columns = ("holds", "fails", "unknown", "error")
+    table = Table("model", "expected", "files", *columns, box=None, pad_edge=False)
+    for (model, expected), states in _count_labelled(tested).items():
+        counts = (str(states[column]) for column in columns)
+        table.add_row(model, expected, str(states.total()), *counts)
+    return _render_table(table)
 
 
 def _summarize(tested: Tested) -> str:
@@ -257,6 +313,11 @@ def _format_json(tested: Tested, *, coverage: bool) -> str:
         "faults": list_faults(tested.faults),
         "examples": cases,
     }
+    if tested.labelled:
+        data["labelled"] = [
+            {"model": model, "expected": expected, **states}
+            for (model, expected), states in _count_labelled(tested).items()
+        ]
     if coverage:
         data["coverage"] = [model.to_json() for model in _find_coverage(tested)]
     return json.dumps(data, indent=1)

@@ -46,7 +46,8 @@ def format_faults_sarif(files: Sequence[Path], faults: Sequence[Fault]) -> str:
 
 
 def _make_rule(code: str) -> dict[str, object]:
-    return {"id": code, "shortDescription": {"text": FAULT_KINDS[code].meaning}}
+    kind = FAULT_KINDS[code]
+    return {"id": code, "shortDescription": {"text": kind.meaning}, "helpUri": kind.address}
 
 
 def _make_result(fault: Fault, rule: int) -> dict[str, object]:

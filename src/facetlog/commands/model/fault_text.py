@@ -59,8 +59,18 @@ def _summarize(files: Sequence[Path], faults: "Sequence[Fault]") -> str:
 
 
 def format_faults_text(files: Sequence[Path], faults: "Sequence[Fault]") -> str:
-    """Format each fault with its place, line and carets, then one line that counts them."""
-    return "\n".join([*_format_lines(faults), _summarize(files, faults)])
+    """Format each fault with its place, line and carets, then where each code is explained, and one
+    line that counts them.
+    """
+    codes = dict.fromkeys(fault.code for fault in faults)
+    pages = (f"see {_find_address(code)}" for code in codes)
+    return "\n".join([*_format_lines(faults), *pages, _summarize(files, faults)])
+
+
+def _find_address(code: str) -> str:
+    from facetlog.grammar.fault_codes import FAULT_KINDS  # loaded on demand
+
+    return FAULT_KINDS[code].address
 
 
 def _format_lines(faults: "Iterable[Fault]") -> Iterator[str]:
@@ -95,6 +105,7 @@ def _convert_fault(fault: "Fault") -> dict[str, object]:
         "severity": fault.severity.value,
         "message": fault.message,
         "hint": fault.hint,
+        "help": _find_address(fault.code),
         "file": fault.source.name,
         "line": line,
         "column": column,

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.commands.model.files import is_stdin, model_files, read_stdin
 from facetlog.commands.shared import YES, AsJson, command
 from facetlog.errors import InputError
-from facetlog.terminal import fit_on_one_line
+from facetlog.terminal import fit_on_one_line, printable
 
 if TYPE_CHECKING:
     from facetlog.glossary import Entry
@@ -47,7 +48,7 @@ model $name
 
   size length, width: length(top), width(top)
 
-  # Examples are tests. `from "scene.json"` takes a scene that `facetlog reconstruct` wrote.
+  # Examples are tests. `from "own.ply" (up z, unit m)` takes a mesh, cloud or scene of your own.
   example "dining table" of table(width 80 cm, length 140 cm, height 74 cm) holds
   example "closed block" of cuboid(width 80 cm, depth 80 cm, height 74 cm) fails because top
 """
@@ -91,23 +92,38 @@ def _write_new(path: Path, text: str) -> None:
 
 
 @command
-def list_command(as_json: AsJson = False) -> int:
-    """List the built-in models, each with its description."""
+def list_command(
+    files: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[FILE]...", help="Model files or folders of them (default: the built-in)."
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """List the built-in models, or those of files, each with its description."""
     from facetlog.grammar.library import BUILTIN, list_builtin_names, read_text
     from facetlog.grammar.reading.parse import parse
     from facetlog.grammar.source import Source
 
+    builtin = (BUILTIN / f"{name}.model" for name in sorted(list_builtin_names()))
     rows = []
-    for name in sorted(list_builtin_names()):
-        path = BUILTIN / f"{name}.model"
-        (model,) = parse(Source(str(path), read_text(path))).file.models
-        rows.append({"name": name, "text": model.doc.value if model.doc else "", "path": str(path)})
+    for path in model_files(files) if files else builtin:
+        try:
+            source = Source(str(path), read_stdin() if is_stdin(path) else read_text(path))
+        except (OSError, ValueError) as exc:
+            raise InputError(f"{path} cannot be read: {exc}") from exc
+        for model in parse(source).file.models:
+            text = model.doc.value if model.doc else ""
+            rows.append({"name": model.name.text, "text": text, "path": str(path)})
+    if not rows:
+        raise InputError(f"{fit_on_one_line(' '.join(files or ()))}: no model is in it")
     if as_json:
         typer.echo(json.dumps(rows, indent=1))
         return YES
     width = max(len(row["name"]) for row in rows)
     for row in rows:
-        typer.echo(f"{row['name']:<{width}}  {row['text']}")
+        typer.echo(printable(f"{row['name']:<{width}}  {row['text']}".rstrip()))
     return YES
 
 

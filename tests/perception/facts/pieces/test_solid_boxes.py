@@ -14,9 +14,11 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     beside,
     inside,
+    iter_known_insets,
     iter_known_overlaps,
     iter_known_relations,
 )
+from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import DEPTH, HEIGHT, LINTEL, POST, POSTS, Box, of_boxes
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -114,3 +116,39 @@ def test_an_overlap_is_known_as_far_as_the_ends_of_both_are() -> None:
     # Two ends of the overlap along x, less what the width of a metre grows by alike.
     assert sds[0] == pytest.approx(1.5 * 0.01 / math.sqrt(12.0), rel=0.1)
     assert sds[1] == pytest.approx(2.0 * sds[0], rel=0.1)
+
+
+margins = st.floats(-0.2, 0.2)
+
+
+@given(boxes, st.lists(margins, min_size=4, max_size=4), turns, st.floats(0.0, 1.0))
+def test_what_is_set_back_is_so_by_the_least_of_its_four_margins(
+    outer: SolidBox, given_margins: list[float], turn: np.ndarray, rise: float
+) -> None:
+    scaled = np.array(given_margins) * outer.half.min()
+    low = outer.middle - outer.half + (scaled[0], scaled[1], 0.0)
+    high = outer.middle + outer.half - (scaled[2], scaled[3], 0.0)
+    inner = replace(outer, middle=(low + high) / 2.0 + rise * UP, half=(high - low) / 2.0)
+    both = [turned(each, turn) for each in (inner, outer)]
+    found = {(one, other): inset for one, other, inset, _ in iter_known_insets(both, turn @ UP)}
+    assert found[0, 1] == pytest.approx(scaled.min(), abs=1e-6)
+    assert list(iter_known_insets(both, None)) == []
+
+
+def test_the_legs_of_a_table_are_set_back() -> None:
+    scene = build("table", {"length": 1.2, "width": 0.8, "leg": 0.06})
+    rows = fact_rows(scene, {"piece_inset", "carries"})
+    insets = {(p, q): (value, sd) for p, q, value, sd in rows["piece_inset"]}
+    assert len(rows["carries"]) == 4
+    for leg, top in rows["carries"]:
+        value, sd = insets[leg, top]
+        assert value == pytest.approx(0.04, abs=3 * sd)
+        assert insets[top, leg][0] < -0.5
+
+
+def test_what_may_reach_on_into_unseen_space_has_no_known_inset() -> None:
+    outer = box((0.0, 0.0, 0.0), (1.0, 1.0, 0.1))
+    inner = box((0.0, 0.0, -0.2), (0.6, 0.6, 0.1))
+    hidden = replace(inner, reaches=np.array([[0.0, 0.3], [0.0, 0.0], [0.0, 0.0]]))
+    assert (0, 1) in {(one, other) for one, other, *_ in iter_known_insets([inner, outer], UP)}
+    assert (0, 1) not in {pair[:2] for pair in iter_known_insets([hidden, outer], UP)}

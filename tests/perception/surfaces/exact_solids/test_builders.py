@@ -34,6 +34,8 @@ SIZES = {
     "frame": ({"width": 0.5, "height": 0.4, "thickness": 0.03, "rim": 0.05}, (0.5, 0.03, 0.4)),
     "shelf": ({"width": 0.9, "depth": 0.25, "height": 1.9, "boards": 4}, (0.9, 0.25, 1.9)),
     "cabinet": ({"width": 0.9, "depth": 0.5, "height": 1.3}, (0.9, 0.5, 1.3)),
+    "cylinder": ({"diameter": 0.4, "height": 0.5}, (0.4, 0.4, 0.5)),
+    "wheel": ({"diameter": 0.2, "thickness": 0.05}, (0.2, 0.05, 0.2)),
     "stairs": ({"steps": 5, "width": 0.9, "rise": 0.17, "going": 0.29}, (1.45, 0.9, 0.85)),
 }
 
@@ -46,6 +48,8 @@ VOLUMES = {
     "bed": 2.0 * 0.9 * 0.5 + 0.06 * 0.9 * 0.4,
     "sofa": 1.8 * 0.8 * 0.4 + 1.8 * 0.2 * 0.35 + 2 * 0.15 * 0.6 * 0.175,
     "frame": 0.03 * (0.5 * 0.4 - 0.4 * 0.3),
+    "cylinder": 0.5 * 48 * 0.2**2 * math.sin(math.pi / 24) / 2,
+    "wheel": 0.05 * 48 * 0.1**2 * math.sin(math.pi / 24) / 2,
     "stairs": 0.9 * 0.17 * 0.29 * 15,
 }
 
