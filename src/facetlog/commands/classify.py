@@ -359,7 +359,7 @@ def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
 
 
 def _format_row(row: "Row") -> str:
-    from facetlog.batch.rows import get_confidence_or_degree
+    from facetlog.batch.rows import read_confidence
 
     if row["error"] is not None:
         return fit_on_one_line(
@@ -367,7 +367,8 @@ def _format_row(row: "Row") -> str:
         )
     if row["model"] is None:
         return fit_on_one_line(f"{row['path']}: none")
-    return fit_on_one_line(f"{row['path']}: {row['model']} ({get_confidence_or_degree(row):.0%})")
+    sure = read_confidence(row).format(row["degree"])
+    return fit_on_one_line(f"{row['path']}: {row['model']} ({sure})")
 
 
 def _print_outcome(outcome: "Outcome", *, as_json: bool) -> None:
