@@ -239,7 +239,7 @@ def collect_evidence(facts: Mapping[str, Columns]) -> dict[str, Evidence]:
     """Return how each thing with faces was measured."""
 
     def list_columns(name: str, count: int) -> Columns:
-        return facts.get(name, ((),) * count)[:count]
+        return (facts.get(name) or ((),) * count)[:count]
 
     surfaces = {
         str(thing): kind
