@@ -19,6 +19,7 @@ from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, Trust, command
 from facetlog.errors import InputError
 from facetlog.plurals import many
+from facetlog.terminal import note
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -82,11 +83,13 @@ def _list_files(arguments: list[str], scenes: Path | None) -> tuple[Path, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Tested:
-    """Results of a run, with the faults that kept files from being tested."""
+    """Results of a run, with the faults that kept files from being tested; `hints` name built-in
+    models that hold wherever one of these does."""
 
     analyses: "tuple[Analysis, ...]"
     faults: "tuple[Fault, ...]"
     results: "tuple[CaseResult, ...]"
+    hints: tuple[str, ...]
 
     @property
     def passed(self) -> bool:
@@ -103,6 +106,8 @@ def _run_tests(
     tested, used = _test_files(paths, scenes, trust=trust)
     write = _format_json if output is Output.JSON else _format_text
     typer.echo(write(tested, coverage=coverage))
+    for line in tested.hints:
+        note(line)
     if any(fault.code == "unreadable" for fault in tested.faults):
         return Ran(InputError.exit_code, used)
     return Ran(YES if tested.passed else NO, used)
@@ -122,6 +127,7 @@ def _test_files(
     from facetlog.kb.examples import list_example_cases, run_cases
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.kb.labelled_scenes import read_labelled_cases
+    from facetlog.kb.overlaps import Overlaps, list_stated_orders
 
     analyses: list[Analysis] = []
     faults: list[Fault] = []
@@ -146,10 +152,12 @@ def _test_files(
                 scenes, read_labelled_facts, known=base.models, on_demand=read_labelled_on_demand
             )
             used.add(scenes)
-        results = {result.case: result for result in run_cases(base, cases)}
+        overlaps = Overlaps(list_stated_orders(analyses))
+        results = {result.case: result for result in run_cases(base, cases, overlaps)}
     used |= {Path(case.scene) for case in cases if Path(case.scene).is_file()}
     ordered = tuple(results[case] for case in cases)
-    return Tested(tuple(analyses), distinct(faults), ordered), frozenset(used)
+    hints = tuple(overlaps.iter_lines())
+    return Tested(tuple(analyses), distinct(faults), ordered, hints), frozenset(used)
 
 
 def _list_lines(tested: Tested) -> dict[str, Mapping[str, bool]]:
