@@ -118,7 +118,9 @@ class Scale:
             raise ValueError("a calibration may not fall as the degree grows")
 
 
-NO_CASES = "no labelled scenes of it were counted"
+NO_CASES = (
+    "no labelled scenes of it were counted (docs/model-reference.md: Calibrate your own models)"
+)
 CHANGED = "its text is not the one that was counted"
 NOTHING_COUNTED = "degrees are not calibrated here"
 

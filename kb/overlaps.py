@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from facetlog.kb.explaining.best_first import DEGREE_DIGITS
+from facetlog.kb.explaining.wording import add_article, listed
 from facetlog.plurals import many
 
 if TYPE_CHECKING:
@@ -54,21 +55,18 @@ class Overlaps:
     def iter_lines(self) -> Iterator[str]:
         """Yield a line for each model of a user that never held without a built-in one.
 
-        >>> overlaps = Overlaps({"trolley": ()})
-        >>> overlaps.add([("t1", "trolley", 0.9), ("t1", "table", 0.9), ("t2", "trolley", 1.0)])
-        >>> list(overlaps.iter_lines())
-        []
-        >>> overlaps = Overlaps({"trolley": ()})
+        >>> overlaps = Overlaps({"cart": ()})
         >>> for _ in range(4):
-        ...     overlaps.add([("t1", "trolley", 0.9), ("t1", "table", 1.0)])
+        ...     overlaps.add([("t1", "cart", 0.9), ("t1", "table", 1.0)])
         >>> list(overlaps.iter_lines())
-        ['all 4 things that are trolley are table, too: write `model trolley rather than table`']
+        ['all 4 things that are a cart are a table, too: write `model cart rather than table`']
         """
         for model, others in sorted(self._shared.items()):
             count = self._counts[model]
             if count >= FEWEST and others:
                 named = ", ".join(sorted(others))
+                kinds = listed([add_article(other) for other in sorted(others)])
                 yield (
-                    f"all {many(count, 'thing')} that are {model} are {named}, too: "
+                    f"all {many(count, 'thing')} that are {add_article(model)} are {kinds}, too: "
                     f"write `model {model} rather than {named}`"
                 )
