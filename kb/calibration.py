@@ -89,14 +89,14 @@ class Counted:
     """The cases of a model on one kind of input, with a verdict of one state.
 
     `offset` are the log odds of being right where all features are 0, `sd` their standard
-    deviation. Of `cases` labelled things `right` were what the model describes; `sources` are the
+    deviation. Of `cases` labelled things `true` were what the model describes; `sources` are the
     collections that they are from.
     """
 
     offset: float
     sd: float
     cases: int
-    right: int
+    true: int
     sources: tuple[str, ...]
 
 
@@ -152,7 +152,7 @@ class Calibration:
             _share(odds - SDS * counted.sd),
             _share(odds + SDS * counted.sd),
             counted.cases,
-            counted.right,
+            counted.true,
             counted.sources,
         )
 
@@ -212,7 +212,7 @@ def _share(odds: float) -> float:
 
 def _to_row(counted: Counted, numbers: Mapping[str, int]) -> list[Any]:
     from_sources = [numbers[source] for source in counted.sources]
-    return [counted.offset, counted.sd, counted.cases, counted.right, from_sources]
+    return [counted.offset, counted.sd, counted.cases, counted.true, from_sources]
 
 
 def _read_scale(data: Mapping[str, Any], sources: tuple[str, ...]) -> Scale:

@@ -37,8 +37,12 @@ __all__ = [
 FloatArray: TypeAlias = NDArray[np.float64]
 
 PRIOR_SD = 2.5
-"""Of each effect, in log odds: from even odds it reaches 92 %, and twice that 99.3 % (Gelman and
-others, "A weakly informative default prior distribution", 2008)."""
+"""Of the weights, and of the effects of kinds of input, in log odds: from even odds it reaches
+92 %, and twice that 99.3 % (Gelman and others, "A weakly informative default prior distribution",
+2008)."""
+MODEL_SD = 1.5
+"""Of the effects of models: of 1, 1.5, 2.5 and 4 the one by which sources that were left out are
+most probable."""
 
 # Of what is kept: far below what so many samples can tell apart.
 DIGITS = 4
@@ -112,7 +116,9 @@ def _fit_scale(samples: Sequence[Sample], contents: Mapping[str, str]) -> Scale:
     design = np.hstack([_mark_effects(s.kind, s.model, models) for s in samples])
     design = np.hstack([features, design.reshape(len(samples), -1)])
     right = np.array([s.truth for s in samples], dtype=np.float64)
-    found, covariance = _fit_logistic(design, right, count)
+    sds = np.full(design.shape[1], PRIOR_SD)
+    sds[-len(models) :] = MODEL_SD
+    found, covariance = _fit_logistic(design, right, sds, count)
     weights = np.round(found[:count], DIGITS)
     typical = features.mean(axis=0)
     counted: defaultdict[tuple[str, InputKind], list[Sample]] = defaultdict(list)
@@ -149,14 +155,14 @@ def _mark_effects(kind: InputKind, model: str, models: Sequence[str]) -> FloatAr
 
 
 def _fit_logistic(
-    design: FloatArray, right: FloatArray, not_negative: int
+    design: FloatArray, right: FloatArray, sds: FloatArray, not_negative: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the most probable coefficients (n,), the first so many not below 0, and their
-    covariance (n, n) with 0 for those at that bound."""
+    covariance (n, n) with 0 for those at that bound; `sds` (n,) are of the prior."""
     n = design.shape[1]
     free, found = np.ones(n, dtype=bool), np.zeros(n)
     while True:
-        found[free], covariance = _climb(design[:, free], right)
+        found[free], covariance = _climb(design[:, free], right, sds[free])
         below = free & (found < 0.0) & (np.arange(n) < not_negative)
         if not below.any():
             whole = np.zeros((n, n))
@@ -166,9 +172,9 @@ def _fit_logistic(
         found[~free] = 0.0
 
 
-def _climb(design: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _climb(design: FloatArray, right: FloatArray, sds: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the most probable coefficients and their covariance, by Newton's method."""
-    precision = np.eye(design.shape[1]) / PRIOR_SD**2
+    precision = np.diag(1.0 / sds**2)
     found = np.zeros(design.shape[1])
     for _ in range(STEPS):
         share = 1.0 / (1.0 + np.exp(-design @ found))

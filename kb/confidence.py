@@ -19,7 +19,7 @@ class Confidence:
     """How often a thing is what the model describes where it gives such a verdict.
 
     `low` and `high` bound the share with a probability of nine tenths. Of `cases` labelled things
-    on which the model gave such a verdict, `right` were what it describes; `sources` are the
+    on which the model gave such a verdict, `true` were what it describes; `sources` are the
     collections that they are from. Without a `value` there is the `reason`.
     """
 
@@ -27,7 +27,7 @@ class Confidence:
     low: float | None = None
     high: float | None = None
     cases: int = 0
-    right: int = 0
+    true: int = 0
     sources: tuple[str, ...] = ()
     reason: str = ""
 
@@ -55,7 +55,7 @@ class Confidence:
         """Where the figure comes from, or why there is none.
 
         >>> Confidence(0.93, 0.87, 0.96, 32, 31, ("ikea", "ycb")).origin
-        'right in 31 of 32 labelled cases (ikea, ycb)'
+        'true of 31 of 32 labelled cases (ikea, ycb)'
         """
         if self.value is None:
             return self.reason
@@ -64,7 +64,7 @@ class Confidence:
         named = list(self.sources[:SOURCES_NAMED])
         more = len(self.sources) - len(named)
         which = ", ".join([*named, *([f"{more} more"] if more else [])])
-        return f"right in {self.right} of {self.cases} labelled cases ({which})"
+        return f"true of {self.true} of {self.cases} labelled cases ({which})"
 
     def to_json(self) -> dict[str, Any]:
         """Return the share with its bounds, and where it comes from, as columns of results."""

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from facetlog.kb.explaining.best_first import DEGREE_DIGITS
 from facetlog.kb.explaining.wording import add_article, listed
 from facetlog.plurals import many
 
@@ -11,6 +10,9 @@ if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis
 
 __all__ = ["Overlaps", "list_stated_orders"]
+
+SAME_DEGREE = 0.005
+"""Degrees that differ by less are written as the same per cent."""
 
 FEWEST = 2
 """Things of which "all" may be said."""
@@ -27,7 +29,7 @@ def list_stated_orders(analyses: "Iterable[Analysis]") -> dict[str, frozenset[st
 
 class Overlaps:
     """For each of a user's models the built-in ones that held of all things that it held of, to the
-    same degree or a higher one.
+    same degree or a higher one, so that names are told apart by their order alone.
 
     `stated` has by model the others that it already names: those it is a special case of, and those
     it is to come before.
@@ -40,7 +42,7 @@ class Overlaps:
 
     def add(self, holding: Iterable[tuple[str, str, float]]) -> None:
         """Count what holds in one scene: thing, model and degree of each verdict."""
-        found = [(thing, model, round(degree, DEGREE_DIGITS)) for thing, model, degree in holding]
+        found = tuple(holding)
         for thing, model, degree in found:
             if model not in self._stated:
                 continue
@@ -48,7 +50,9 @@ class Overlaps:
             others = frozenset(
                 other
                 for its_thing, other, its_degree in found
-                if its_thing == thing and its_degree >= degree and other not in self._stated
+                if its_thing == thing
+                and its_degree > degree - SAME_DEGREE
+                and other not in self._stated
             )
             self._shared[model] = self._shared.get(model, others) & others - self._stated[model]
 

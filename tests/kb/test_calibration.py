@@ -75,7 +75,7 @@ def value(confidence: Confidence) -> float:
 def test_a_model_that_is_too_sure_is_brought_down_to_how_often_it_is_right() -> None:
     found = ask(fit(sample(0.99, i % 4 != 0) for i in range(400)), 0.99)
     assert found.value == pytest.approx(0.75, abs=0.01)
-    assert (found.cases, found.right, found.is_wide) == (400, 300, False)
+    assert (found.cases, found.true, found.is_wide) == (400, 300, False)
     assert found.format(0.99) == "75%"
 
 
@@ -351,7 +351,7 @@ def test_a_users_model_in_a_built_in_ones_place_has_no_confidence(
         base.load_rules(other, trusted=True)
         found = base.judge("s", "box", "t1")
         assert found.confidence.value == 0.5
-        assert "right in 4 of 8 labelled cases (a)" in "\n".join(found.lines())
+        assert "true of 4 of 8 labelled cases (a)" in "\n".join(found.lines())
 
 
 def test_the_shipped_calibration_is_of_the_built_in_models_as_they_are() -> None:

@@ -113,3 +113,15 @@ def test_coverage_counts_lines_and_gives_margins(run):
 )
 def test_what_cannot_be_read_ends_with_2(arguments, run):
     assert run("model", "test", *arguments)[0] == 2
+
+
+def test_a_built_in_model_that_holds_of_all_examples_is_named(run, tmp_path):
+    text = "model parcel\n  face top\n  level: tilt(top) at most 10 deg\n"
+    for width in (60, 80):
+        text += f'  example "{width}" of cuboid(width {width} cm, height 30 cm) holds\n'
+    (tmp_path / "parcel.model").write_text(text)
+    _, out, err = run("model", "test", "parcel.model")
+    assert out == "2 examples, 2 passed, 0 failed\n"
+    assert "write `model parcel rather than box`" in err
+    (tmp_path / "parcel.model").write_text(text.replace("parcel", "parcel rather than box", 1))
+    assert run("model", "test", "parcel.model")[2] == ""
