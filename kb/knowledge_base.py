@@ -15,7 +15,7 @@ from time import perf_counter
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.calibration import Calibration, InputKind, load_shipped_calibration
+from facetlog.kb.calibration import Calibration, load_shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.columns import decode_chunk
@@ -46,7 +46,13 @@ from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.builtin_rules import BUILTIN_MODELS, builtin_rules
 from facetlog.kb.loading.encode import Fact, declarations
-from facetlog.kb.loading.loaded import LoadedScene, RuleFile, Word, decode_words
+from facetlog.kb.loading.loaded import (
+    LoadedScene,
+    RuleFile,
+    Word,
+    decode_evidence,
+    decode_words,
+)
 from facetlog.kb.loading.rule_files import RuleFiles
 from facetlog.kb.loading.scene_facts import FactMaker, SceneFacts
 
@@ -136,13 +142,7 @@ class KnowledgeBase(Closing):
             said = self.send("known_of_scene", format_prolog_term(Atom(module)))
             known = said if isinstance(said, tuple) else ()
             unit = "m" if Atom("metric") in known else None
-            surfaces = {
-                str(thing): InputKind(kind)
-                for term in known
-                if isinstance(term, Struct)
-                for kind, (thing,) in [(term.functor, term.args)]
-            }
-            scene = LoadedScene(name, module, total, unit, MappingProxyType(surfaces))
+            scene = LoadedScene(name, module, total, unit, decode_evidence(known))
             with self._lock:
                 self.send("name_scene", _format_terms("named", self._name, name, module))
                 old = self._scenes.pop(name, None)
@@ -274,8 +274,8 @@ class KnowledgeBase(Closing):
         return verdict if parts else self._add_confidence(verdict, scene)
 
     def _add_confidence(self, verdict: Verdict, scene: str) -> Verdict:
-        kind = self._scene(scene).kind_of(verdict.thing)
-        return self.calibration.applied(verdict, self._model(verdict.model).judging, kind)
+        evidence = self._scene(scene).get_evidence(verdict.thing)
+        return self.calibration.apply(verdict, self._model(verdict.model).judging, evidence)
 
     def add_unseen_causes(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
         """Return the verdicts; where something was not seen, with the cause and the way out."""

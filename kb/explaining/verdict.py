@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from facetlog.kb.confidence import Confidence
 from facetlog.kb.explaining.best_first import best_first
 from facetlog.kb.explaining.near import AskedMember, NearMember, list_nearest
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, State
@@ -152,10 +153,10 @@ class Verdict:
     """The models whose names stand after this one's where both hold (best_first.py)."""
     own: bool = field(default=False, compare=False)
     """Whether the model is from a user's file, not a built-in one."""
-    confidence: float | None = field(default=None, compare=False)
+    confidence: Confidence = field(default=Confidence(), compare=False)
     """How often the model was right of labelled things that were measured likewise, where it gave
-    such a verdict (calibration.py); None of a verdict on no thing, of parts that were given, and
-    where nothing is calibrated."""
+    such a verdict (calibration.py); without a value of a verdict on no thing, of parts that were
+    given, and where no cases were counted."""
     assumed: float = field(default=0.0, compare=False)
     """Share of the thing's space that was not seen and counts as full, 0..1, if asked for."""
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
@@ -171,7 +172,8 @@ class Verdict:
     @property
     def sure(self) -> float:
         """How sure it is that it holds: the confidence, or the degree where there is none."""
-        return self.degree if self.confidence is None else self.confidence
+        value = self.confidence.value
+        return self.degree if value is None else value
 
     @property
     def angles(self) -> tuple[Comparison, ...]:
@@ -237,7 +239,7 @@ class Verdict:
             "degree": self.degree,
             "degree_at_most": self.degree_at_most,
             "specialises": list(self.specialises),
-            "confidence": self.confidence,
+            **self.confidence.to_json(),
             "summary": self.summary,
             "parts": {part.role: list(part.faces) for part in self.parts},
             "sizes": {s.name: {"value": s.value, "sd": s.sd, "measure": s.measure} for s in sizes},

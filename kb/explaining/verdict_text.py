@@ -24,6 +24,7 @@ __all__ = [
     "NO_MODEL",
     "WIDTH",
     "format_holding",
+    "format_origin",
     "format_parts",
     "format_sizes",
     "format_summary_line",
@@ -76,7 +77,8 @@ def _list_summaries(verdict: "Verdict") -> tuple[str, ...]:
     if verdict.state is State.HOLDS:
         which = listed(tuple(map(add_article, verdict.specialises)))
         general = f", which is {which}" if verdict.specialises else ""
-        said, sure = f"{verdict.thing} is {one}", f"({verdict.sure:.0%})"
+        said = f"{verdict.thing} is {one}"
+        sure = f"({verdict.confidence.format(verdict.degree)})"
         return f"{said}{general} {sure}", f"{said} {sure}"
     if verdict.state is State.UNKNOWN:
         head = f"{verdict.thing}: {verdict.model} is unknown"
@@ -141,6 +143,8 @@ def iter_verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[st
         yield _choose_fitting_text(member.texts(verdict.length_unit))
         yield from (f"  {line}" for line in trace(member.proof, verdict.length_unit))
     yield summary(verdict) if full else format_summary_line(verdict)
+    if verdict.state is State.HOLDS and (origin := format_origin(verdict)):
+        yield from _wrap_line(f"  {origin}")
     if verdict.parts:
         yield from _iter_part_lines(verdict, full=full)
     if verdict.asked and not full:
@@ -315,6 +319,15 @@ def _is_lapsed(line: "Condition") -> bool:
 def _list_reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]:
     found = reason(line.proof)
     return ("it does not apply to such a thing",) if found is None else found.texts(length_unit)
+
+
+def format_origin(verdict: "Verdict") -> str:
+    """Return where the confidence comes from, or why there is none; empty where none was asked
+    for."""
+    confidence = verdict.confidence
+    if confidence.value is not None:
+        return f"confidence: {confidence.origin}"
+    return f"no confidence: {confidence.reason}" if confidence.reason else ""
 
 
 def format_parts(verdict: "Verdict") -> str:

@@ -240,12 +240,23 @@ result("interrupt", Text, true) :-
 
 %!  known_of_scene(?What, +Scene) is nondet.
 %
-%   What the caller keeps of a scene: its lengths are metric; a thing is known from its surface, as those
-%   of meshes and clouds are, and not from pictures.
+%   What the caller keeps of a scene: its lengths are metric; how many views it has; what share of a
+%   thing's faces was seen; a thing is known from its surface, as those of meshes and clouds are, and not
+%   from pictures.
 
 known_of_scene(metric, Scene) :- catch(Scene:scale(metric), _, fail).
+known_of_scene(views(Count), Scene) :- catch(aggregate_all(count, Scene:view(_, _), Count), _, fail).
+known_of_scene(seen(Thing, Share), Scene) :- catch(seen_share(Scene, Thing, Share), _, fail).
 known_of_scene(whole(Thing), Scene) :- catch(Scene:whole(Thing), _, fail).
 known_of_scene(scanned(Thing), Scene) :- catch(Scene:scanned(Thing), _, fail).
+
+seen_share(Scene, Thing, Share) :-
+    aggregate(r(sum(Area), sum(Seen)),
+              F^Sd^R^( Scene:part_of(F, Thing), Scene:area(F, Area, Sd), Scene:coverage(F, R),
+                       Seen is Area * R ),
+              r(All, Shown)),
+    All > 0,
+    Share is Shown / All.
 
 %   Bases that take all values as exact (quantities.pl).
 :- dynamic crisp_base/1.

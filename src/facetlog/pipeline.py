@@ -336,7 +336,7 @@ def recognize_views(
     """
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     scene, scale = apply_known_scale(scene, method)
-    return recognize_scene(scene, view_set, base=base, scale=scale, clock=clock)
+    return recognize_scene(scene, view_set, base=base, scale=scale, clock=clock, near=near)
 
 
 def recognize_scene(
@@ -346,8 +346,10 @@ def recognize_scene(
     base: "KnowledgeBase | None" = None,
     scale: "Scale | None" = None,
     clock: StepClock,
+    near: bool = False,
 ) -> Recognised:
-    """Find facts and verdicts for a scene, by the models of `base` (else the built-in ones).
+    """Find facts and verdicts for a scene, by the models of `base` (else the built-in ones);
+    `near` as for `judge_loaded_scene`.
 
     `view_set` has the views that it was reconstructed from, if any.
     """

@@ -142,7 +142,9 @@ class VerdictRecord(_Record):
     """The verdict of one model on one thing; without the thing if there was none to ask about.
 
     `unseen` is there where another look might settle a condition that is open, `assumed` where part
-    of what the thing fills was not seen and counts as full, if someone asked why.
+    of what the thing fills was not seen and counts as full, if someone asked why. `confidence` is
+    null for the reason in `confidence_origin`, else that says what it was counted on; `_low` and
+    `_high` bound it with a probability of nine tenths.
     """
 
     model: str
@@ -152,6 +154,9 @@ class VerdictRecord(_Record):
     degree_at_most: Share
     specialises: tuple[str, ...]
     confidence: Share | None
+    confidence_low: Share | None
+    confidence_high: Share | None
+    confidence_origin: str
     summary: str
     parts: dict[str, tuple[str, ...]]
     sizes: dict[str, SizeRecord]

@@ -88,6 +88,8 @@ def test_every_verdict_and_every_condition_is_there(table: Recognised) -> None:
     assert sorted(labels) == sorted(c.label for v in verdicts for c in v.conditions)
     assert {v["state"] for v in shown["best"]} == {"holds"}
     assert shown["answer"].startswith("t1 is a table")
+    (origin,) = (line["text"] for line in shown["best"][0]["lines"] if "confidence" in str(line))
+    assert table.recognition.best[0].confidence.origin in str(origin)
 
 
 def test_what_comes_nearest_to_a_set_is_said_in_page_and_data() -> None:

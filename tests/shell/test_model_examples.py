@@ -210,3 +210,15 @@ def test_what_is_evenly_spaced_is_told_from_what_is_not(run, tmp_path):
 """
     )
     assert run("model", "test", "rack.model")[:2] == (0, "2 examples, 2 passed, 0 failed\n")
+
+
+def test_a_built_in_model_that_holds_of_all_examples_is_named(run, tmp_path):
+    text = "model parcel\n  face top\n  level: tilt(top) at most 10 deg\n"
+    for width in (60, 80):
+        text += f'  example "{width}" of cuboid(width {width} cm, height 30 cm) holds\n'
+    (tmp_path / "parcel.model").write_text(text)
+    _, out, err = run("model", "test", "parcel.model")
+    assert out == "2 examples, 2 passed, 0 failed\n"
+    assert "write `model parcel rather than box`" in err
+    (tmp_path / "parcel.model").write_text(text.replace("parcel", "parcel rather than box", 1))
+    assert run("model", "test", "parcel.model")[2] == ""

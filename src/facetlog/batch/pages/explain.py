@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from facetlog.batch.loaded_scene import SCENE, loaded_scene
-from facetlog.batch.rows import HOLDS, Row
+from facetlog.batch.rows import HOLDS, Row, read_confidence
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import FacetlogError, QueryError
 from facetlog.kb.explaining.verdict import Verdict
@@ -88,9 +88,8 @@ def _why(base: KnowledgeBase, row: Row) -> Verdict:
     while True:
         try:
             found = base.why(SCENE, row["model"], thing=row["thing"], parts=dict(parts))
-            return replace(
-                found, confidence=row["confidence"], asked=()
-            )  # of given parts it has none
+            # of given parts it has no confidence
+            return replace(found, confidence=read_confidence(row), asked=())
         except QueryError:
             if not parts:
                 raise
