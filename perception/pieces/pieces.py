@@ -276,6 +276,7 @@ def find_pieces(
     owner = _owners(part, surface.face, len(faces))
     part = _cut_at_faces(parts, at, owner, surface, grid.cell)
     kept: list[int] = []
+    convex = 0
     found: list[Piece] = []
     for number in range(1, len(sizes)):
         own = part == number
@@ -285,11 +286,13 @@ def find_pieces(
         own_faces = tuple(np.flatnonzero(owner == number).tolist())
         piece = _piece(grid, surface, own, own_faces)
         found.append(replace(piece, faces=tuple(faces[i].index for i in own_faces)))
+        convex += int(sizes[number]) if is_convex(parts == number) else 0
     joins = _joins(parts, len(sizes))[np.ix_(kept, kept)]
     low = np.array([piece.low for piece in found])
     off_ground = low >= low.min(initial=np.inf) + grid.cell
     bears = joins & (low[:, None] <= low[None] + grid.cell) & off_ground
-    return Pieces(tuple(found), joins, bears)
+    explained = convex / max(1, int(sizes[1:].sum()))
+    return Pieces(tuple(found), joins, bears, explained)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,10 +12,16 @@ _PIECES: tuple[FactKind, ...] = (
     _kind("piece +P:piece", _ONE, "a solid part of an object: a board, bar or block"),
     _kind("piece_of +P:piece T:thing", _ONE, "the object that it is a part of"),
     _kind(
+        "explained +T:thing R:share",
+        _MAYBE,
+        "share of its volume that its pieces fill",
+        "it is not known from all sides",
+    ),
+    _kind(
         "piece_size +P:piece L:length W:length H:length Sd:length",
         _ONE,
-        "length, width and thickness of the least box around its surface, longest first; an end at "
-        "another piece is where their faces meet, or else known to one cell",
+        "length, width and thickness of the least box around its surface, longest first: exact where "
+        "the surface of its object is closed, else an end at another piece may be known to one cell",
     ),
     _kind(
         "piece_heights +P:piece Low:length High:length Sd:length",
@@ -49,7 +55,8 @@ _PIECES: tuple[FactKind, ...] = (
         "one object",
         _NO_UP + ", or unseen space may change it by more than 5 %",
     ),
-    _kind("piece_round +P:piece R:share", _ONE, "share of its surface that is curved"),
+    _kind("piece_round +P:piece R:share", _ONE, "share of the outline of its section that is "
+          "curved: 1 for a wheel or pole; of its surface where that of its object is not closed"),
     _kind(
         "piece_measured +P:piece",
         _MAYBE,

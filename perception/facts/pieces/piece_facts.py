@@ -20,9 +20,10 @@ from facetlog.perception.facts.pieces.solid_boxes import (
 )
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.pieces.measure_solids import measure_solids
 from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.pieces.shown_pieces import Kind, Piece, Pieces, ShownPiece, ShownPieces
-from facetlog.perception.scene import Evidence, Scene
+from facetlog.perception.scene import Evidence, Scene, Solids
 from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening, find_openings, has_room_for_openings
 from facetlog.perception.space.space import Space
@@ -212,6 +213,8 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     for found in _iter_found_pieces(s):
         for functor, each in found.facts(s.face_names):
             rows.add_rows(functor, [each])
+        if found.filled.known:
+            rows.add_rows("explained", [(found.thing, found.pieces.explained)])
         if rows.wants("piece_angle"):
             rows.add_rows("piece_angle", found.angles())
         if rows.wants("piece_overlap"):
@@ -406,11 +409,18 @@ def _iter_found_pieces(s: SceneMemo) -> Iterator[_Found]:
     )
     count = 0
     for index, filled in s.filled.items():
-        surface = filled.surface
-        pieces = find_pieces(filled.space.least(), surface.faces, surface.curved, surface.lines)
+        pieces = _find_pieces(s.things[index].solids, filled)
         names = tuple(f"p{count + i}" for i in range(1, len(pieces.pieces) + 1))
         count += len(names)
         yield _Found(filled, s.scene.up, s.thing_names[index], names, pieces, measured)
+
+
+def _find_pieces(solids: Solids | None, filled: FilledSpace) -> Pieces:
+    """Return the pieces of a thing: its solids where they are known, else what its cells show."""
+    space, surface = filled.space, filled.surface
+    if solids is not None:
+        return measure_solids(solids, space.axes[2], surface.corner_sd, space.cell)
+    return find_pieces(space.least(), surface.faces, surface.curved, surface.lines)
 
 
 def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:
