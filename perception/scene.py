@@ -179,8 +179,8 @@ class SolidPiece:
     """A solid part of a body, as exact as the surface that it was cut from.
 
     `corners` (n, 3) are those of its convex hull; unit `axes` (3, 3) the directions of its length,
-    width and thickness, as rows. `round` is the share of its section's outline that is curved, 0..1:
-    1 for a wheel, whatever its flat sides. `faces` are indices of faces that are mostly its own.
+    width and thickness, as rows. `round` is the share of its section's outline that is curved,
+    0..1: 1 for a wheel, whatever its flat sides. `faces` are indices of faces mostly its own.
     """
 
     corners: Vectors3

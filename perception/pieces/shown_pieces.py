@@ -29,7 +29,8 @@ class Piece:
     `middle` (3,) is the middle of its box, all in the scene's frame.
 
     `faces` are indices of faces that are mostly its own; `round` is the share of its section's
-    outline that is curved, 0..1, or of its surface where no more is known. `low` and `high` are heights along the grid's last axis, of the scene's frame.
+    outline that is curved, 0..1, or of its surface where no more is known. `low` and `high` are
+    heights along the grid's last axis, of the scene's frame.
     """
 
     length: Estimate

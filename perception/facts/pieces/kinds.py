@@ -20,8 +20,8 @@ _PIECES: tuple[FactKind, ...] = (
     _kind(
         "piece_size +P:piece L:length W:length H:length Sd:length",
         _ONE,
-        "length, width and thickness of the least box around its surface, longest first: exact where "
-        "the surface of its object is closed, else an end at another piece may be known to one cell",
+        "length, width and thickness of the least box around its surface, longest first: exact "
+        "where the surface of its object is closed, else an end may be known to one cell only",
     ),
     _kind(
         "piece_heights +P:piece Low:length High:length Sd:length",
@@ -45,7 +45,8 @@ _PIECES: tuple[FactKind, ...] = (
     _kind(
         "piece_on_ground +P:piece",
         _MAYBE,
-        "its lowest point is that of its object, within one cell",
+        "its lowest point is that of its object, within one cell, or it stands on a board that "
+        "lies there",
         "otherwise, or " + _NO_UP,
     ),
     _kind(
@@ -55,8 +56,12 @@ _PIECES: tuple[FactKind, ...] = (
         "one object",
         _NO_UP + ", or unseen space may change it by more than 5 %",
     ),
-    _kind("piece_round +P:piece R:share", _ONE, "share of the outline of its section that is "
-          "curved: 1 for a wheel or pole; of its surface where that of its object is not closed"),
+    _kind(
+        "piece_round +P:piece R:share",
+        _ONE,
+        "share of the outline of its section that is "
+        "curved: 1 for a wheel or pole; of its surface where that of its object is not closed",
+    ),
     _kind(
         "piece_measured +P:piece",
         _MAYBE,

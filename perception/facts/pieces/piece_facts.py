@@ -127,6 +127,24 @@ def _measure_outside(piece: Piece, places: FloatArray) -> FloatArray:
     return found
 
 
+def find_grounded(pieces: Pieces, up: FloatArray, cell: float) -> NDArray[np.bool_]:
+    """Return which pieces (p,) stand on the ground: they reach as low as any within a cell, or
+    stand on a board that lies there.
+    """
+    low, high = np.array([(piece.low, piece.high) for piece in pieces.pieces]).reshape(-1, 2).T
+    lowest = low < low.min(initial=np.inf) + cell
+    lies = np.array(
+        [
+            piece.kind is Kind.BOARD and abs(float(piece.axes[2] @ up)) > LEVEL_ENOUGH
+            for piece in pieces.pieces
+        ],
+        dtype=np.bool_,
+    )
+    stands_on = pieces.joins & (low[:, None] >= high[None] - cell / 2.0)
+    grounded: NDArray[np.bool_] = lowest | (stands_on & (lowest & lies)[None]).any(axis=1)
+    return grounded
+
+
 def hanging(pieces: Pieces, cell: float) -> NDArray[np.bool_]:
     """Return which piece hangs from which (p, p): they touch, the second's middle is higher, and
     without the second nothing joins the first to the ground.
@@ -258,8 +276,15 @@ class _Found:
 
     def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
         """Yield functors and arguments; `face_names` (f,) are those of all faces."""
-        lattice = self.filled.space.lattice
-        for name, piece, box in zip(self.names, self.pieces.pieces, self._boxes, strict=True):
+        cell = self.filled.space.cell
+        grounded = (
+            np.zeros(len(self.names), dtype=np.bool_)
+            if self.up is None
+            else find_grounded(self.pieces, self.up, cell)
+        )
+        for name, piece, box, on_ground in zip(
+            self.names, self.pieces.pieces, self._boxes, grounded.tolist(), strict=True
+        ):
             yield "piece", (name,)
             yield "piece_of", (name, self.thing)
             sizes = (piece.length.value, piece.width.value, piece.thickness.value)
@@ -273,7 +298,7 @@ class _Found:
                 low, high = self._heights(piece)
                 yield "piece_heights", (name, low, high, piece.length.sd)
                 yield "piece_tilt", (name, *tilt(piece, self.up))
-                if low < lattice.cell:
+                if on_ground:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
             for measure, if_free, if_full in self._iter_hidden_extents(piece, box):
@@ -281,7 +306,7 @@ class _Found:
         pairs = [("joins", self.pieces.joins)]
         if self.up is not None:
             pairs.append(("carries", self.pieces.carries))
-            pairs.append(("hangs_from", hanging(self.pieces, lattice.cell)))
+            pairs.append(("hangs_from", hanging(self.pieces, cell)))
         for functor, related in pairs:
             for i, j in np.argwhere(related).tolist():
                 yield functor, (self.names[i], self.names[j])
