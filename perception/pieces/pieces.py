@@ -386,7 +386,7 @@ def _piece(grid: Grid, surface: _Surface, own: NDArray[np.bool_], faces: Sequenc
     heights = points @ grid.lattice.axes[2]
     directions = list(_directions(grid, surface, points, faces))
     at_least = grid.cell if surface.of_edges(own) else 0.0
-    extents, axes, middle = _find_least_box(points, directions, at_least)
+    extents, axes, middle = find_least_box(points, directions, at_least)
     sd = ROUNDING * grid.cell
     length, width, thickness = (Estimate(float(extent), sd) for extent in extents)
     return Piece(
@@ -412,7 +412,7 @@ def _directions(
         yield np.linalg.eigh(np.cov(points.T))[1][:, 0]
 
 
-def _find_least_box(
+def find_least_box(
     points: FloatArray, directions: Sequence[FloatArray], at_least: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return extents (3,), longest first, directions (3, 3) and middle of the least box round

@@ -1,0 +1,153 @@
+"""Convex parts that concave edges bound, whatever their shape: round rungs, wheels, splayed legs.
+
+A group of triangles that no concave edge crosses, and that closes with flat caps to nearly its own
+convex hull, is a part.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.flat_faces import cross, make_plane_axes
+from facetlog.perception.pieces.exact.regions import Regions
+from facetlog.perception.pieces.exact.sheets import Sheets
+from facetlog.perception.pieces.pieces import find_least_box
+from facetlog.perception.pieces.solid_pieces import SolidPiece
+from facetlog.perception.ragged import Indices, iter_groups, joined
+from facetlog.perception.types import FloatArray
+
+# Share of its hull that a part fills: facets, dents and turned legs take some per cent.
+CONVEX = 0.9
+# Directions that a part's least box is tried along: those of its largest faces.
+DIRECTIONS = 8
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hull:
+    """Corners (n, 3) of a convex hull, its planes (f, 4), outwards, and its volume."""
+
+    points: FloatArray
+    planes: FloatArray
+    volume: float
+
+    def contains(self, points: FloatArray, slack: float) -> np.ndarray:
+        """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
+        heights = points @ self.planes[:, :3].T + self.planes[:, 3]
+        return np.asarray(heights.max(axis=1) <= slack)
+
+
+def find_hull(points: FloatArray) -> Hull | None:
+    """Return the convex hull of points (n, 3), None if they lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError  # loaded only where pieces are asked for
+
+    if len(points) < 4:
+        return None
+    middle = points.mean(axis=0)
+    try:
+        hull = ConvexHull(points - middle)
+    except QhullError:
+        return None
+    planes = np.unique(np.round(hull.equations, 12), axis=0)
+    planes[:, 3] -= planes[:, :3] @ middle
+    return Hull(points[hull.vertices], planes, float(hull.volume))
+
+
+def find_convex_groups(
+    sheets: Sheets, regions: Regions, rows: Indices, pairs: Indices
+) -> list[tuple[Indices, Hull, float]]:
+    """Return the groups of a body that are convex parts: their triangles, hulls and volumes.
+
+    `rows` are the triangles of the body, `pairs` its pairs.
+    """
+    found = []
+    concave = pairs[regions.concave[pairs]]
+    groups = regions.group[sheets.pairs[concave]]
+    # a concave edge within a group: it is no convex part
+    broken = set(groups[groups[:, 0] == groups[:, 1], 0].tolist())
+    ends = sheets.pairs[concave]
+    for local in iter_groups(regions.group[rows]):
+        own = rows[local]
+        number = int(regions.group[own[0]])
+        if number in broken:
+            continue
+        at = np.concatenate([concave[groups[:, 0] == number], concave[groups[:, 1] == number]])
+        of = np.concatenate([ends[groups[:, 0] == number, 0], ends[groups[:, 1] == number, 1]])
+        hull = find_hull(sheets.points[np.unique(sheets.triangles[own])])
+        if hull is None or not hull.volume > (10.0 * sheets.slack) ** 2 * sheets.size:
+            continue
+        volume = _measure_volume(sheets, own, of, sheets.edges[at])
+        if CONVEX * hull.volume <= volume <= (2.0 - CONVEX) * hull.volume:
+            found.append((own, hull, volume))
+    return found
+
+
+def _measure_volume(sheets: Sheets, rows: Indices, of: Indices, edges: Indices) -> float:
+    """Return the volume of triangles whose open edges (k, 2), of the triangles (k,), are closed by
+    a fan from the middle of each loop.
+    """
+    corners = sheets.corners[rows]
+    middle = corners.mean(axis=(0, 1))
+    parts = [corners]
+    if len(edges):
+        # as the triangle runs along it
+        triangles = sheets.triangles[of]
+        place = (triangles == edges[:, :1]).argmax(axis=1)
+        forward = triangles[np.arange(len(of)), (place + 1) % 3] == edges[:, 1]
+        start = np.where(forward, edges[:, 0], edges[:, 1])
+        end = np.where(forward, edges[:, 1], edges[:, 0])
+        used, number = np.unique(edges, return_inverse=True)
+        _, loop = joined(len(used), number.reshape(-1, 2))
+        own = loop[number.reshape(-1, 2)[:, 0]]
+        sums = np.stack([np.bincount(loop, column) for column in sheets.points[used].T], axis=1)
+        centres = sums / np.bincount(loop)[:, None]
+        parts.append(np.stack([sheets.points[end], sheets.points[start], centres[own]], axis=1))
+    a, b, c = np.moveaxis(np.concatenate(parts) - middle, 1, 0)
+    return float((a * cross(b, c)).sum() / 6.0)
+
+
+def make_convex_piece(
+    sheets: Sheets, regions: Regions, rows: Indices, hull: Hull, volume: float
+) -> SolidPiece:
+    """Return the piece of a convex part with these triangles on its surface."""
+    label = regions.label[rows]
+    areas = np.bincount(label, sheets.areas[rows], minlength=len(regions.normals))
+    flat = np.flatnonzero((areas > 0.0) & ~regions.curved)
+    curved = regions.curved[label]
+    flat = flat[np.argsort(-areas[flat], kind="stable")][:DIRECTIONS]
+    directions = list(regions.normals[flat])
+    share = float(sheets.areas[rows][curved].sum() / sheets.areas[rows].sum())
+    axis = None
+    if curved.any():
+        # all that curves about an axis is square to it
+        own = sheets.normals[rows][curved]
+        weights = sheets.areas[rows][curved]
+        axis = np.linalg.eigh((own * weights[:, None]).T @ own)[1][:, 0]
+        directions += [axis, np.linalg.eigh((own * weights[:, None]).T @ own)[1][:, 2]]
+    extents, axes, middle = find_least_box(hull.points, directions or [np.eye(3)[2]], 0.0)
+    return SolidPiece(
+        hull.points + sheets.centre,
+        axes,
+        middle + sheets.centre,
+        extents,
+        share,
+        0.0 if axis is None else measure_section_roundness(hull.points, axis),
+        volume,
+        np.unique(sheets.source[rows]),
+    )
+
+
+def measure_section_roundness(points: FloatArray, axis: FloatArray) -> float:
+    """Return how round the shadow of points (n, 3) along an axis is: 1 a circle, 0 a square or
+    anything less round.
+
+    By the isoperimetric quotient 4 π A / P², which is π / 4 for a square.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    across = make_plane_axes(axis[None], np.eye(3)[[np.abs(axis).argmin()]])[0]
+    try:
+        section = ConvexHull(points @ across.T)
+    except QhullError:
+        return 0.0
+    quotient = 4.0 * np.pi * section.volume / section.area**2
+    return float(np.clip((quotient - np.pi / 4.0) / (1.0 - np.pi / 4.0), 0.0, 1.0))

@@ -1,0 +1,142 @@
+"""Flat and curved regions of closed sheets, the edges at which a solid is cut, and their frames.
+
+A solid is cut along its concave edges. What hangs together without crossing one is a group: the
+surface of a leg below a seat, or of a whole table whose legs are flush with its top.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.flat_faces import cross
+from facetlog.perception.pieces.exact.sheets import Sheets
+from facetlog.perception.ragged import Bools, Indices, joined, sum_by_group
+from facetlog.perception.types import FloatArray
+
+# Triangles that turn less are in one plane: exporters round the corners.
+FLAT_DEG = 0.5
+# A solid is cut where its surface turns inwards by more: less is the facets of a hollow.
+CONCAVE_DEG = 12.0
+# Facets of a round body turn less: a circle of twelve sides or more.
+SMOOTH_DEG = 31.0
+# Neighbouring facets of a round body are alike in area but for this factor.
+ALIKE = 4.0
+# A plane is known to so many times the distance within which corners are one.
+PLANE_SLACK = 10.0
+# Planes whose normals are within this angle of a frame's axes lie along it.
+ALONG_DEG = 0.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Regions:
+    """The region (m,) of each triangle; the regions' normals, offsets along them, and areas.
+
+    Which of them are `curved` (r,); which of the sheets' pairs are `concave` (k,); and the `group`
+    (m,) of triangles that no concave edge divides.
+    """
+
+    label: Indices
+    normals: FloatArray
+    offsets: FloatArray
+    areas: FloatArray
+    curved: Bools
+    concave: Bools
+    group: Indices
+
+
+def find_regions(sheets: Sheets) -> Regions:
+    """Return the regions of closed sheets."""
+    one, two = sheets.pairs.T
+    normals, corners = sheets.normals, sheets.corners
+    turn = np.degrees(
+        np.arctan2(
+            np.linalg.norm(cross(normals[one], normals[two]), axis=1),
+            (normals[one] * normals[two]).sum(axis=1),
+        )
+    )
+    start = sheets.points[sheets.edges[:, 0]]
+    # how far the corners of each lie off the other's plane, outwards
+    off = [
+        ((corners[b] - start[:, None]) * normals[a][:, None]).sum(axis=2)
+        for a, b in ((one, two), (two, one))
+    ]
+    far = np.maximum(np.abs(off[0]).max(axis=1), np.abs(off[1]).max(axis=1))
+    flat = (turn < FLAT_DEG) | ((far <= 4.0 * sheets.slack) & (turn < 90.0))
+    count, label = joined(len(corners), sheets.pairs[flat])
+    fits = _fit_planes(sheets, label, count)
+    away = np.abs((corners * fits[0][label][:, None]).sum(axis=2) - fits[1][label][:, None])
+    bent = np.zeros(count, dtype=np.bool_)
+    np.logical_or.at(bent, label, away.max(axis=1) > PLANE_SLACK * sheets.slack)
+    if bent.any():
+        # a chain of small steps is no plane: each triangle by itself
+        alone = bent[label]
+        label = np.where(alone, count + np.arange(len(label)), label)
+        label = np.unique(label, return_inverse=True)[1]
+        count = int(label.max()) + 1
+        fits = _fit_planes(sheets, label, count)
+    areas = sum_by_group(label, sheets.areas, count)
+    curved = _find_curved(label[sheets.pairs], turn, areas)
+    inward = np.maximum(off[0].max(axis=1), off[1].max(axis=1)) > 4.0 * sheets.slack
+    concave = (turn > CONCAVE_DEG) & inward
+    concave &= ~((turn < SMOOTH_DEG) & curved[label[one]] & curved[label[two]])
+    group = joined(len(corners), sheets.pairs[~concave])[1]
+    return Regions(label, *fits, areas, curved, concave, group)
+
+
+def _fit_planes(sheets: Sheets, label: Indices, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return the unit normal and the offset of each region, weighed by area."""
+    normals = sum_by_group(label, sheets.normals * sheets.areas[:, None], count)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    middles = sheets.corners.mean(axis=1)
+    heights = (middles * normals[label]).sum(axis=1)
+    areas = sum_by_group(label, sheets.areas, count)
+    return normals, sum_by_group(label, heights * sheets.areas, count) / areas
+
+
+def _find_curved(links: Indices, turn: FloatArray, areas: FloatArray) -> Bools:
+    """Return which regions are facets of a curved surface: with two smooth neighbours like them."""
+    one, two = links.T
+    smooth = (one != two) & (turn < SMOOTH_DEG)
+    ratio = areas[one] / areas[two]
+    alike = smooth & (ratio < ALIKE) & (ratio > 1.0 / ALIKE)
+    ends = np.concatenate([links[alike], links[alike][:, ::-1]])
+    distinct = np.unique(ends, axis=0) if len(ends) else ends
+    return np.asarray(np.bincount(distinct[:, 0], minlength=len(areas)) >= 2)
+
+
+def find_frame(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
+    """Return the frame (3, 3) of unit rows along which most area of flat regions lies, if any.
+
+    Its first axis is that of most area; the second has most of what is square to it.
+    """
+    first = _find_main(normals, areas)
+    if first is None:
+        return None
+    square = np.abs(normals @ first) < np.sin(np.radians(ALONG_DEG))
+    second = _find_main(normals[square], areas[square])
+    if second is None:
+        second = np.eye(3)[np.abs(first).argmin()]
+    second = second - (second @ first) * first
+    second /= np.linalg.norm(second)
+    return np.stack([first, second, cross(first, second)])
+
+
+def _find_main(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
+    """Return the mean direction of the most area of which the normals lie along one line."""
+    if not len(normals):
+        return None
+    lead = np.argsort(-areas, kind="stable")[:64]
+    along = np.abs(normals[lead] @ normals.T) > np.cos(np.radians(ALONG_DEG))
+    best = int(lead[(along * areas).sum(axis=1).argmax()])
+    same = np.abs(normals @ normals[best]) > np.cos(np.radians(ALONG_DEG))
+    signs = np.sign(normals[same] @ normals[best])
+    mean: FloatArray = (normals[same] * (areas[same] * signs)[:, None]).sum(axis=0)
+    return mean / np.linalg.norm(mean)
+
+
+def find_along(frame: FloatArray, normals: FloatArray) -> Indices:
+    """Return the axis of the frame along which each normal (r, 3) lies, else -1."""
+    turned = np.abs(normals @ frame.T)
+    return np.where(
+        turned.max(axis=1) > np.cos(np.radians(ALONG_DEG)), turned.argmax(axis=1), -1
+    ).astype(np.int64)
