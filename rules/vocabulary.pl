@@ -458,8 +458,9 @@ means(block(P),
 means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limit).
 means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
 means(piece_parallel(P, Q, Tol), at_most(piece_angle(P, Q), Tol)).
-means(piece_above(P, Q), at_least(piece_elevation(P), piece_elevation(Q))).
-means(piece_below(P, Q), at_most(piece_elevation(P), piece_elevation(Q))).
+%   Solids have a height: those side by side are neither above nor below one another.
+means(piece_above(P, Q), at_least(piece_elevation(P), piece_top_of(Q))).
+means(piece_below(P, Q), at_most(piece_elevation(P), piece_bottom_of(Q))).
 % Openings
-means(opening_above(P, Q), at_least(opening_elevation(P), opening_elevation(Q))).
-means(opening_below(P, Q), at_most(opening_elevation(P), opening_elevation(Q))).
+means(opening_above(P, Q), at_least(opening_elevation(P), opening_top_of(Q))).
+means(opening_below(P, Q), at_most(opening_elevation(P), opening_bottom_of(Q))).

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
+from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
 from facetlog.perception.ragged import Indices, iter_groups, sum_by_group
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
@@ -291,9 +292,9 @@ def make_mesh_scene(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = F
         whole=connected,
         warnings=(*mesh.warnings, *surface.warnings, *said),
     )
-    return (
-        add_solids(scene, find_solid_pieces(mesh.vertices, mesh.triangles)) if connected else scene
-    )
+    if not connected:
+        return scene
+    return add_solids(scene, find_solid_pieces(mesh.vertices, mesh.triangles, step=mesh.step))
 
 
 def _samples(surface: Surface) -> Samples:

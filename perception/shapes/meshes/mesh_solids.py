@@ -17,8 +17,8 @@ SPACING_SHARE = 1.0 / 64.0
 # A place is on a piece if it is no farther outside its hull than this share of the diagonal: what
 # the fit of a face leaves, and the samples of what is curved.
 NEAR_SHARE = 1.0 / 512.0
-# Pieces are a body's if they have all of its surface but for this share: what rounding leaves.
-UNOWNED = 0.01
+# Pieces are a body's if they have all of its surface but for this share: edges that were rounded.
+UNOWNED = 0.05
 
 
 def add_solids(scene: Scene, found: SolidPieces) -> Scene:
