@@ -104,12 +104,15 @@ def _find_curved(links: Indices, turn: FloatArray, areas: FloatArray) -> Bools:
     return np.asarray(np.bincount(distinct[:, 0], minlength=len(areas)) >= 2)
 
 
-def find_frame(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
+def find_frame(
+    normals: FloatArray, areas: FloatArray, leading: FloatArray | None = None
+) -> FloatArray | None:
     """Return the frame (3, 3) of unit rows along which most area of flat regions lies, if any.
 
-    Its first axis is that of most area; the second has most of what is square to it.
+    Its first axis is that of most area, or of most `leading` area; the second has most of what is
+    square to it.
     """
-    first = _find_main(normals, areas)
+    first = _find_main(normals, areas if leading is None else leading)
     if first is None:
         return None
     square = np.abs(normals @ first) < np.sin(np.radians(ALONG_DEG))
@@ -123,7 +126,7 @@ def find_frame(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
 
 def _find_main(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
     """Return the mean direction of the most area of which the normals lie along one line."""
-    if not len(normals):
+    if not areas.any():
         return None
     lead = np.argsort(-areas, kind="stable")[:64]
     along = np.abs(normals[lead] @ normals.T) > np.cos(np.radians(ALONG_DEG))
