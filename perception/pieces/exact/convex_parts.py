@@ -10,7 +10,7 @@ import numpy as np
 
 from facetlog.perception.flat_faces import cross, make_plane_axes
 from facetlog.perception.pieces.exact.regions import Regions
-from facetlog.perception.pieces.exact.sheets import Sheets, is_inside
+from facetlog.perception.pieces.exact.sheets import Sheets, is_inside, run_along
 from facetlog.perception.pieces.pieces import find_least_box
 from facetlog.perception.pieces.solid_pieces import SolidPiece
 from facetlog.perception.ragged import Indices, iter_groups, joined
@@ -105,12 +105,7 @@ def _measure_volume(sheets: Sheets, rows: Indices, of: Indices, edges: Indices) 
     middle = corners.mean(axis=(0, 1))
     parts = [corners]
     if len(edges):
-        # as the triangle runs along it
-        triangles = sheets.triangles[of]
-        place = (triangles == edges[:, :1]).argmax(axis=1)
-        forward = triangles[np.arange(len(of)), (place + 1) % 3] == edges[:, 1]
-        start = np.where(forward, edges[:, 0], edges[:, 1])
-        end = np.where(forward, edges[:, 1], edges[:, 0])
+        start, end = run_along(sheets.triangles[of], edges)
         used, number = np.unique(edges, return_inverse=True)
         _, loop = joined(len(used), number.reshape(-1, 2))
         own = loop[number.reshape(-1, 2)[:, 0]]

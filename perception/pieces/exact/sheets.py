@@ -18,8 +18,8 @@ from facetlog.perception.types import FloatArray
 RESOLUTION = 1e-6
 # Angles about an edge nearer than this are one: what a corner moved by the resolution turns.
 SAME_ANGLE = 1e-4
-# What is narrower than so many times the slack is a sliver: its normal is not known to a degree.
-SLIVER = 8.0
+# What is narrower than so many times the slack is a sliver: its normal is not known.
+SLIVER = 2.0
 # Rounds in which what has a neighbour that is mended is mended.
 ROUNDS = 6
 # Open edges times their ends that are compared, some tenth of a second.
@@ -177,15 +177,16 @@ def _turn_slivers(
     normals = normals.copy()
     both = np.concatenate([links, links[:, ::-1]])
     both = both[~sound[both[:, 0] // 3]]
-    # the longest sides last, so that they have the last word
-    both = both[np.argsort(lengths.ravel()[both[:, 0]], kind="stable")]
-    for _ in range(ROUNDS):
-        own, other = both[:, 0] // 3, both[:, 1] // 3
-        ready = sound[other] & ~sound[own]
-        if not ready.any():
-            break
-        normals[own[ready]] = normals[other[ready]]
-        sound[own[ready]] = True
+    share = lengths.ravel()[both[:, 0]] / lengths.max(axis=1)[both[:, 0] // 3]
+    for least in (1.0, 0.5, 0.0):
+        ways = both[share >= least]
+        for _ in range(ROUNDS):
+            own, other = ways[:, 0] // 3, ways[:, 1] // 3
+            ready = sound[other] & ~sound[own]
+            if not ready.any():
+                break
+            normals[own[ready]] = normals[other[ready]]
+            sound[own[ready]] = True
     return normals
 
 
@@ -395,6 +396,15 @@ def _find_bodies(
     number = np.full(len(volumes), -1)
     number[kept] = np.unique(body[kept], return_inverse=True)[1]
     return number, turned
+
+
+def run_along(triangles: Indices, edges: Indices) -> Indices:
+    """Return the first and the last corner (2, k) of edges (k, 2) as triangles (k, 3) run along
+    them.
+    """
+    place = (triangles == edges[:, :1]).argmax(axis=1)
+    forward = triangles[np.arange(len(edges)), (place + 1) % 3] == edges[:, 1]
+    return np.where(forward, edges.T, edges.T[::-1])
 
 
 def is_inside(spot: FloatArray, corners: FloatArray) -> bool:
