@@ -14,7 +14,10 @@ L-shaped desk. A frame round a hole is cut into bars.
 
 from dataclasses import dataclass
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.pieces.exact.lattice import Lattice
 from facetlog.perception.ragged import Bools, Indices, joined
@@ -108,9 +111,9 @@ def _widen(sums: Indices, boxes: Indices, axis: int) -> Indices:
     return boxes
 
 
-def _count(sums: Indices, boxes: Indices) -> Indices:
-    """Return how many solid cells there are in boxes (n, 2, 3)."""
-    total = np.zeros(len(boxes), dtype=np.int64)
+def _count(sums: NDArray[Any], boxes: Indices) -> NDArray[Any]:
+    """Return how much there is in boxes (n, 2, 3) of cells, by sums of what is before each place."""
+    total = np.zeros(len(boxes), dtype=sums.dtype)
     for corner in np.ndindex(2, 2, 2):
         x, y, z = (boxes[:, corner[axis], axis] for axis in range(3))
         total += (-1) ** (3 - sum(corner)) * sums[x, y, z]

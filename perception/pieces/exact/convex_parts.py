@@ -4,13 +4,13 @@ A group of triangles that no concave edge crosses, and that closes with flat cap
 convex hull, is a part.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from facetlog.perception.flat_faces import cross, make_plane_axes
 from facetlog.perception.pieces.exact.regions import Regions
-from facetlog.perception.pieces.exact.sheets import Sheets
+from facetlog.perception.pieces.exact.sheets import Sheets, is_inside, run_along
 from facetlog.perception.pieces.pieces import find_least_box
 from facetlog.perception.pieces.solid_pieces import SolidPiece
 from facetlog.perception.ragged import Indices, iter_groups, joined
@@ -18,6 +18,13 @@ from facetlog.perception.types import FloatArray
 
 # Share of its hull that a part fills: facets, dents and turned legs take some per cent.
 CONVEX = 0.9
+# Parts that one axis joins lie along it to this angle (radians), and have sections alike to this.
+COAXIAL = np.radians(0.5)
+SAME_SECTION = 0.02
+# Places of a section at which solid is looked for.
+MOST_SPOTS = 8
+# Where between two ends: behind the first, in the middle, before the second.
+BETWEEN = (0.01, 0.5, 0.99)
 # Directions that a part's least box is tried along: those of its largest faces.
 DIRECTIONS = 8
 
@@ -34,6 +41,15 @@ class Hull:
         """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
         heights = points @ self.planes[:, :3].T + self.planes[:, 3]
         return np.asarray(heights.max(axis=1) <= slack)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ConvexPart:
+    """Triangles (t,) of a part, its hull, and the volume that it fills."""
+
+    rows: Indices
+    hull: Hull
+    volume: float
 
 
 def find_hull(points: FloatArray) -> Hull | None:
@@ -54,8 +70,8 @@ def find_hull(points: FloatArray) -> Hull | None:
 
 def find_convex_groups(
     sheets: Sheets, regions: Regions, rows: Indices, pairs: Indices
-) -> list[tuple[Indices, Hull, float]]:
-    """Return the groups of a body that are convex parts: their triangles, hulls and volumes.
+) -> list[ConvexPart]:
+    """Return the groups of a body that are convex parts.
 
     `rows` are the triangles of the body, `pairs` its pairs.
     """
@@ -77,7 +93,7 @@ def find_convex_groups(
             continue
         volume = _measure_volume(sheets, own, of, sheets.edges[at])
         if CONVEX * hull.volume <= volume <= (2.0 - CONVEX) * hull.volume:
-            found.append((own, hull, volume))
+            found.append(ConvexPart(own, hull, volume))
     return found
 
 
@@ -89,12 +105,7 @@ def _measure_volume(sheets: Sheets, rows: Indices, of: Indices, edges: Indices) 
     middle = corners.mean(axis=(0, 1))
     parts = [corners]
     if len(edges):
-        # as the triangle runs along it
-        triangles = sheets.triangles[of]
-        place = (triangles == edges[:, :1]).argmax(axis=1)
-        forward = triangles[np.arange(len(of)), (place + 1) % 3] == edges[:, 1]
-        start = np.where(forward, edges[:, 0], edges[:, 1])
-        end = np.where(forward, edges[:, 1], edges[:, 0])
+        start, end = run_along(sheets.triangles[of], edges)
         used, number = np.unique(edges, return_inverse=True)
         _, loop = joined(len(used), number.reshape(-1, 2))
         own = loop[number.reshape(-1, 2)[:, 0]]
@@ -105,10 +116,85 @@ def _measure_volume(sheets: Sheets, rows: Indices, of: Indices, edges: Indices) 
     return float((a * cross(b, c)).sum() / 6.0)
 
 
-def make_convex_piece(
-    sheets: Sheets, regions: Regions, rows: Indices, hull: Hull, volume: float
-) -> SolidPiece:
-    """Return the piece of a convex part with these triangles on its surface."""
+def join_through(
+    sheets: Sheets, rows: Indices, pieces: list[SolidPiece], hulls: list[Hull]
+) -> tuple[list[SolidPiece], list[Hull]]:
+    """Return the pieces of a body and their hulls, those made one that go on behind what they pass
+    through: a rung whose ends show beyond the rails, a round post above and below a shelf.
+
+    They have one section, one axis, and solid between them.
+    """
+    if len(pieces) < 2:
+        return pieces, hulls
+    axes = np.array([piece.axes for piece in pieces])
+    middles = np.array([piece.middle for piece in pieces]) - sheets.centre
+    away = middles[:, None] - middles
+    away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1e-300)
+    # how near the way to each other is to an axis of each
+    near = np.abs(np.einsum("aki,abi->abk", axes, away)).max(axis=2) > np.cos(COAXIAL)
+    near &= near.T
+    corners = sheets.corners[rows]
+    pairs = [
+        (one, two)
+        for one, two in np.argwhere(np.triu(near, 1)).tolist()
+        if _goes_on(hulls[one].points, hulls[two].points, away[two, one], corners)
+    ]
+    _, number = joined(len(pieces), pairs)
+    found: list[SolidPiece] = []
+    wholes: list[Hull] = []
+    for own in iter_groups(number):
+        hull = find_hull(np.concatenate([hulls[i].points for i in own]))
+        if len(own) == 1 or hull is None:
+            found += [pieces[i] for i in own]
+            wholes += [hulls[i] for i in own]
+            continue
+        largest = pieces[max(own, key=lambda i: pieces[i].volume)]
+        extents, along, middle = find_least_box(hull.points, list(largest.axes), 0.0)
+        found.append(
+            replace(
+                largest,
+                hull=hull.points + sheets.centre,
+                axes=along,
+                middle=middle + sheets.centre,
+                extents=extents,
+                volume=sum(pieces[i].volume for i in own),
+                triangles=np.unique(np.concatenate([pieces[i].triangles for i in own])),
+            )
+        )
+        wholes.append(hull)
+    return found, wholes
+
+
+def _goes_on(one: FloatArray, two: FloatArray, axis: FloatArray, corners: FloatArray) -> bool:
+    """Return whether two parts with these corners have one section along the axis from one to the
+    other, and solid of the body of triangles (m, 3, 3) between them.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    across = make_plane_axes(axis[None], np.eye(3)[[np.abs(axis).argmin()]])[0]
+    try:
+        sections = [
+            ConvexHull(each @ across.T) for each in (np.concatenate([one, two]), one, two)
+        ]
+    except QhullError:
+        return False
+    areas = [float(section.volume) for section in sections]
+    if min(areas) < (1.0 - SAME_SECTION) * max(areas):
+        return False
+    end, start = float((one @ axis).max()), float((two @ axis).min())
+    plan = (one @ across.T)[sections[1].vertices]
+    plan = np.concatenate([[plan.mean(axis=0)], plan + 0.1 * (plan.mean(axis=0) - plan)])
+    spots = plan[:: max(1, len(plan) // MOST_SPOTS)] @ across
+    return all(
+        is_inside(spot + (end + share * (start - end)) * axis, corners)
+        for share in BETWEEN
+        for spot in spots
+    )
+
+
+def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> SolidPiece:
+    """Return the piece of a convex part, with its triangles on its surface."""
+    rows, hull, volume = part.rows, part.hull, part.volume
     label = regions.label[rows]
     areas = np.bincount(label, sheets.areas[rows], minlength=len(regions.normals))
     flat = np.flatnonzero((areas > 0.0) & ~regions.curved)

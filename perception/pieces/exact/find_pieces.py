@@ -13,9 +13,11 @@ import numpy as np
 from facetlog.perception.pieces.exact.box_cover import find_boxes
 from facetlog.perception.pieces.exact.convex_parts import (
     CONVEX,
+    ConvexPart,
     Hull,
     find_convex_groups,
     find_hull,
+    join_through,
     make_convex_piece,
 )
 from facetlog.perception.pieces.exact.lattice import Lattice, cluster_places, make_lattice
@@ -80,21 +82,25 @@ def _cut_body(
     first = len(found.pieces)
     explained = 0.0
 
-    def add(own: Indices, hull: Hull, volume: float) -> None:
+    def add(part: ConvexPart) -> None:
         nonlocal explained
-        found.pieces.append(make_convex_piece(sheets, regions, own, hull, volume))
-        found.hulls.append(hull)
-        explained += volume
+        found.pieces.append(make_convex_piece(sheets, regions, part))
+        found.hulls.append(part.hull)
+        explained += part.volume
 
     hull = find_hull(sheets.points[np.unique(sheets.triangles[rows])])
     if hull is None:
         return
     if not regions.concave[pairs].any() and whole >= CONVEX * hull.volume:
-        add(rows, hull, whole)
+        add(ConvexPart(rows, hull, whole))
     else:
-        explained += _cut_apart(sheets, regions, rows, pairs, found, add)
+        boxes = _cut_apart(sheets, regions, rows, pairs, found, add)
+        explained += boxes
+        found.pieces[first:], found.hulls[first:] = join_through(
+            sheets, rows, found.pieces[first:], found.hulls[first:]
+        )
         if len(found.pieces) == first and whole >= CONVEX * hull.volume:
-            add(rows, hull, whole)
+            add(ConvexPart(rows, hull, whole))
     found.body += [body] * (len(found.pieces) - first)
     found.explained += min(explained, whole)
     if explained < (1.0 - FRAME_SHARE) * whole:
@@ -123,23 +129,30 @@ def _cut_apart(sheets, regions, rows, pairs, found, add) -> float:  # type: igno
     hulls: list[Hull] = []
     place = np.zeros(len(sheets.triangles), dtype=np.int64)
     place[rows] = np.arange(len(rows))
-    for own, hull, volume in find_convex_groups(sheets, regions, rows, pairs):
-        if (along[regions.label[own]] < 0).any():
-            add(own, hull, volume)
-            hulls.append(hull)
-            peeled[place[own]] = True
+    groups = [
+        group
+        for group in find_convex_groups(sheets, regions, rows, pairs)
+        if (along[regions.label[group.rows]] < 0).any()
+    ]
+    for group in groups:
+        add(group)
+        hulls.append(group.hull)
+        peeled[place[group.rows]] = True
     explained = 0.0
     left = ~peeled & ~regions.curved[label]
+    usable = left.copy()
     for _ in range(MOST_FRAMES):
         if frame is None or not left.any():
             break
-        own = left & (along[label] >= 0)
+        own = usable & (along[label] >= 0)
         explained += _cut_in_frame(sheets, regions, rows, own, pairs, frame, along, hulls, found)
         left &= ~own
         if sheets.areas[rows[left]].sum() < FRAME_SHARE * sheets.areas[rows].sum():
             break
-        flat = np.unique(label[left])
-        frame = find_frame(regions.normals[flat], regions.areas[flat])
+        # led by what is left; what was used may lie along it, too: the sides of a sloping back
+        leading = np.zeros(len(regions.areas))
+        leading[np.unique(label[left])] = regions.areas[np.unique(label[left])]
+        frame = find_frame(regions.normals[flat], regions.areas[flat], leading[flat])
         along[:] = -1
         if frame is not None:
             along[flat] = find_along(frame, regions.normals[flat])

@@ -16,6 +16,8 @@ from facetlog.perception.types import FloatArray
 # Cells of a lattice, and pairs of triangles and cells, worked out in a fraction of a second.
 MOST_CELLS = 400_000
 MOST_PAIRS = 8_000_000
+# The sine of an angle within which lines are parallel.
+PARALLEL = 1e-6
 # Where in a cell its ray passes: beside the middle, where the diagonals of faces cross.
 _ASIDE = np.array([0.4871, 0.5233, 0.4619])
 
@@ -160,13 +162,17 @@ def _find_mixed(
     away = slanted[owner] - middle[:, None]
     sides = np.roll(away, -1, axis=1) - away
     meets = np.ones(len(owner), dtype=np.bool_)
-    axes = [cross(sides[:, 0], sides[:, 1])]
-    axes += [cross(sides[:, k], np.eye(3)[axis]) for k in range(3) for axis in range(3)]
-    for axis in axes:
-        length = np.maximum(np.linalg.norm(axis, axis=1), 1e-300)
+    lengths = np.linalg.norm(sides, axis=2)
+    axes = [(cross(sides[:, 0], sides[:, 1]), lengths[:, 0] * lengths[:, 1])]
+    axes += [
+        (cross(sides[:, k], np.eye(3)[axis]), lengths[:, k]) for k in range(3) for axis in range(3)
+    ]
+    for axis, scale in axes:
+        # a side along an axis of the frame separates nothing
+        known = np.linalg.norm(axis, axis=1) > PARALLEL * scale
         along = (away * axis[:, None]).sum(axis=2)
-        reach = (half * np.abs(axis)).sum(axis=1) - 1e-9 * length
-        meets &= (along.min(axis=1) < reach) & (along.max(axis=1) > -reach)
+        reach = (half * np.abs(axis)).sum(axis=1)
+        meets &= ~known | ((along.min(axis=1) < reach) & (along.max(axis=1) > -reach))
     meets &= (half > 0.0).all(axis=1)
     own = cell[meets]
     mixed[own[:, 0], own[:, 1], own[:, 2]] = True

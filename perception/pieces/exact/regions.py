@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.pieces.exact.sheets import Sheets
+from facetlog.perception.pieces.exact.sheets import Sheets, run_along
 from facetlog.perception.ragged import Bools, Indices, joined, sum_by_group
 from facetlog.perception.types import FloatArray
 
@@ -48,11 +48,9 @@ def find_regions(sheets: Sheets) -> Regions:
     """Return the regions of closed sheets."""
     one, two = sheets.pairs.T
     normals, corners = sheets.normals, sheets.corners
+    both = cross(normals[one], normals[two])
     turn = np.degrees(
-        np.arctan2(
-            np.linalg.norm(cross(normals[one], normals[two]), axis=1),
-            (normals[one] * normals[two]).sum(axis=1),
-        )
+        np.arctan2(np.linalg.norm(both, axis=1), (normals[one] * normals[two]).sum(axis=1))
     )
     start = sheets.points[sheets.edges[:, 0]]
     # how far the corners of each lie off the other's plane, outwards
@@ -61,7 +59,7 @@ def find_regions(sheets: Sheets) -> Regions:
         for a, b in ((one, two), (two, one))
     ]
     far = np.maximum(np.abs(off[0]).max(axis=1), np.abs(off[1]).max(axis=1))
-    flat = (turn < FLAT_DEG) | ((far <= 4.0 * sheets.slack) & (turn < 90.0))
+    flat = (turn < FLAT_DEG) | ((far <= 4.0 * sheets.slack) & (turn < CONCAVE_DEG))
     count, label = joined(len(corners), sheets.pairs[flat])
     fits = _fit_planes(sheets, label, count)
     away = np.abs((corners * fits[0][label][:, None]).sum(axis=2) - fits[1][label][:, None])
@@ -76,8 +74,8 @@ def find_regions(sheets: Sheets) -> Regions:
         fits = _fit_planes(sheets, label, count)
     areas = sum_by_group(label, sheets.areas, count)
     curved = _find_curved(label[sheets.pairs], turn, areas)
-    inward = np.maximum(off[0].max(axis=1), off[1].max(axis=1)) > 4.0 * sheets.slack
-    concave = (turn > CONCAVE_DEG) & inward
+    start, end = sheets.points[run_along(sheets.triangles[one], sheets.edges)]
+    concave = (turn > CONCAVE_DEG) & ((both * (end - start)).sum(axis=1) < 0.0)
     concave &= ~((turn < SMOOTH_DEG) & curved[label[one]] & curved[label[two]])
     group = joined(len(corners), sheets.pairs[~concave])[1]
     return Regions(label, *fits, areas, curved, concave, group)
@@ -104,12 +102,15 @@ def _find_curved(links: Indices, turn: FloatArray, areas: FloatArray) -> Bools:
     return np.asarray(np.bincount(distinct[:, 0], minlength=len(areas)) >= 2)
 
 
-def find_frame(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
+def find_frame(
+    normals: FloatArray, areas: FloatArray, leading: FloatArray | None = None
+) -> FloatArray | None:
     """Return the frame (3, 3) of unit rows along which most area of flat regions lies, if any.
 
-    Its first axis is that of most area; the second has most of what is square to it.
+    Its first axis is that of most area, or of most `leading` area; the second has most of what is
+    square to it.
     """
-    first = _find_main(normals, areas)
+    first = _find_main(normals, areas if leading is None else leading)
     if first is None:
         return None
     square = np.abs(normals @ first) < np.sin(np.radians(ALONG_DEG))
@@ -123,7 +124,7 @@ def find_frame(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
 
 def _find_main(normals: FloatArray, areas: FloatArray) -> FloatArray | None:
     """Return the mean direction of the most area of which the normals lie along one line."""
-    if not len(normals):
+    if not areas.any():
         return None
     lead = np.argsort(-areas, kind="stable")[:64]
     along = np.abs(normals[lead] @ normals.T) > np.cos(np.radians(ALONG_DEG))

@@ -5,6 +5,7 @@ mesh was given stay together, others pair so that solid lies between them.
 """
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -17,6 +18,10 @@ from facetlog.perception.types import FloatArray
 RESOLUTION = 1e-6
 # Angles about an edge nearer than this are one: what a corner moved by the resolution turns.
 SAME_ANGLE = 1e-4
+# What is narrower than so many times the slack is a sliver: its normal is not known.
+SLIVER = 2.0
+# Rounds in which what has a neighbour that is mended is mended.
+ROUNDS = 6
 # Open edges times their ends that are compared, some tenth of a second.
 MOST_COMPARED = 10_000_000
 # Sheets that are open do not count where they are less than this share of the surface.
@@ -70,7 +75,7 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     given = joined(len(points), np.concatenate((triangles[:, :2], triangles[:, 1:])))[1]
     part = given[triangles[:, 0]]
     points, triangles = _weld(points - centre, triangles, slack)
-    source = np.flatnonzero(_find_sound(points, triangles, slack))
+    source = _find_three(triangles)
     source = source[_drop_doubles(points, triangles[source])]
     triangles = triangles[source]
     triangles, own = _split_at_junctions(points, triangles, slack)
@@ -81,6 +86,7 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     links = np.column_stack([one // 3, two // 3])
     starts, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     sheet, flip, twisted = _wind(len(triangles), links, starts[one] == starts[two])
+    as_given = triangles
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
     count = int(sheet.max()) + 1
     paired = np.zeros(3 * len(triangles), dtype=np.bool_)
@@ -88,6 +94,7 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     open_sheet = np.bincount(np.repeat(sheet, 3)[~paired], minlength=count) > 0
     open_sheet |= np.bincount(sheet[twisted], minlength=count) > 0
     normals, areas = _measure(points, triangles)
+    normals = _turn_slivers(points, as_given, normals, np.column_stack([one, two]), slack)
     area = sum_by_group(sheet, areas, count)
     if area[open_sheet].sum() > OPEN_SHARE * area.sum():
         share = float(area[open_sheet].sum() / area.sum())
@@ -147,13 +154,40 @@ def _signed_volumes(corners: FloatArray) -> FloatArray:
     return volumes
 
 
-def _find_sound(points: FloatArray, triangles: Indices, slack: float) -> Bools:
-    """Return which triangles (m,) are wider than the slack."""
+def _find_three(triangles: Indices) -> Indices:
+    """Return the rows of triangles (m, 3) with three different corners."""
     a, b, c = triangles.T
+    return np.flatnonzero((a != b) & (b != c) & (c != a))
+
+
+def _turn_slivers(
+    points: FloatArray, triangles: Indices, normals: FloatArray, links: Indices, slack: float
+) -> FloatArray:
+    """Return normals (m, 3), of slivers that of a neighbour: what their own is, rounding decides.
+
+    That is the one across their longest side, for a sliver is part of that side; else any other.
+    `links` (k, 2) are half edges that continue each other.
+    """
     sides = points[triangles] - points[np.roll(triangles, -1, axis=1)]
-    longest = np.linalg.norm(sides, axis=2).max(axis=1)
-    area = _measure(points, triangles)[1]
-    return np.asarray((a != b) & (b != c) & (c != a) & (2.0 * area > slack * longest))
+    lengths = np.linalg.norm(sides, axis=2)
+    double = np.linalg.norm(cross(sides[:, 0], sides[:, 1]), axis=1)
+    sound = double > SLIVER * slack * lengths.max(axis=1)
+    if sound.all():
+        return normals
+    normals = normals.copy()
+    both = np.concatenate([links, links[:, ::-1]])
+    both = both[~sound[both[:, 0] // 3]]
+    share = lengths.ravel()[both[:, 0]] / lengths.max(axis=1)[both[:, 0] // 3]
+    for least in (1.0, 0.5, 0.0):
+        ways = both[share >= least]
+        for _ in range(ROUNDS):
+            own, other = ways[:, 0] // 3, ways[:, 1] // 3
+            ready = sound[other] & ~sound[own]
+            if not ready.any():
+                break
+            normals[own[ready]] = normals[other[ready]]
+            sound[own[ready]] = True
+    return normals
 
 
 def _drop_doubles(points: FloatArray, triangles: Indices) -> Indices:
@@ -187,7 +221,7 @@ def _split_at_junctions(
     of.
     """
     own = np.arange(len(triangles))
-    for _ in range(3):
+    for _ in range(ROUNDS):
         key, _ = _edge_keys(triangles, len(points))
         _, place, uses = np.unique(key, return_inverse=True, return_counts=True)
         half = np.flatnonzero(uses[place] % 2 == 1)
@@ -207,12 +241,12 @@ def _split_at_junctions(
                 kept[row] = False
                 start, end, apex = (int(triangles[row, (corner + k) % 3]) for k in range(3))
                 chain = [start, *inside, end]
-                added += [(a, b, apex) for a, b in zip(chain, chain[1:], strict=False)]
+                added += [(a, b, apex) for a, b in pairwise(chain)]
                 origin += [int(own[row])] * (len(chain) - 1)
         triangles = np.concatenate([triangles[kept], np.array(added, dtype=np.int64)])
         own = np.concatenate([own[kept], np.array(origin, dtype=np.int64)])
-        sound = _find_sound(points, triangles, slack)
-        triangles, own = triangles[sound], own[sound]
+        three = _find_three(triangles)
+        triangles, own = triangles[three], own[three]
     return triangles, own
 
 
@@ -231,7 +265,7 @@ def _find_junctions(
         away = points[spots][None] - start[part, None]
         place = np.einsum("esi,ei->es", away, along[part])
         off = np.linalg.norm(away - place[..., None] * along[part, None], axis=2)
-        inside = (place > slack) & (place < length[part, None] - slack) & (off <= 2.0 * slack)
+        inside = (place > slack) & (place < length[part, None] - slack) & (off <= 4.0 * slack)
         for edge in np.flatnonzero(inside.any(axis=1)).tolist():
             own = np.flatnonzero(inside[edge])
             order = own[np.argsort(place[edge, own], kind="stable")]
@@ -246,7 +280,7 @@ def _pair_half_edges(
     key, upwards = _edge_keys(triangles, len(points))
     whose = part[np.arange(len(key)) // 3]
     # of one part as given, if it has two there; else of all
-    pairs = []
+    pairs: list[Indices] = []
     for by in (whose, np.zeros_like(whose)):
         free = np.ones(len(key), dtype=np.bool_)
         for pair in pairs:
@@ -288,12 +322,17 @@ def _pair_by_angle(
     right = right / np.linalg.norm(right, axis=1, keepdims=True)
     apex, axis = apex[order], axis[order]
     angle = np.arctan2((apex * cross(axis, right)).sum(axis=1), (apex * right).sum(axis=1))
-    angle = np.round(np.mod(angle + SAME_ANGLE, 2.0 * np.pi) / (2.0 * SAME_ANGLE))
-    inner = np.lexsort((~upwards[order], angle, place))
+    angle = np.mod(angle + SAME_ANGLE, 2.0 * np.pi)
+    inner = np.lexsort((angle, place))
+    near = (np.diff(angle[inner]) <= SAME_ANGLE) & (np.diff(place[inner]) == 0)
+    level = np.empty(len(inner), dtype=np.int64)
+    level[inner] = np.cumsum(np.concatenate([[True], ~near])) if len(inner) else 0
+    # of those at one angle, what ends solid comes first
+    inner = np.lexsort((~upwards[order], level))
     order, place = order[inner], place[inner]
     one, two = [], []
     bounds = np.append(np.flatnonzero(np.diff(place, prepend=-1)), len(place)).tolist()
-    for begin, end in zip(bounds, bounds[1:], strict=False):
+    for begin, end in pairwise(bounds):
         cycle = order[begin:end].tolist()
         waiting: list[int] = []
         for half in cycle + cycle:  # twice round: solid may lie across the first angle
@@ -350,7 +389,7 @@ def _find_bodies(
         for cavity in np.flatnonzero(cavities).tolist():
             spot = points[first[cavity]]
             for out in outside[np.argsort(volumes[outside], kind="stable")].tolist():
-                if volumes[out] > -volumes[cavity] and _is_inside(spot, corners[out]):
+                if volumes[out] > -volumes[cavity] and is_inside(spot, corners[out]):
                     body[cavity] = out
                     turned[cavity] = not turned[cavity]
                     break
@@ -359,7 +398,16 @@ def _find_bodies(
     return number, turned
 
 
-def _is_inside(spot: FloatArray, corners: FloatArray) -> bool:
+def run_along(triangles: Indices, edges: Indices) -> Indices:
+    """Return the first and the last corner (2, k) of edges (k, 2) as triangles (k, 3) run along
+    them.
+    """
+    place = (triangles == edges[:, :1]).argmax(axis=1)
+    forward = triangles[np.arange(len(edges)), (place + 1) % 3] == edges[:, 1]
+    return np.where(forward, edges.T, edges.T[::-1])
+
+
+def is_inside(spot: FloatArray, corners: FloatArray) -> bool:
     """Return whether a closed sheet of triangles (m, 3, 3) winds round a spot, by solid angles."""
     a, b, c = (corners[:, k] - spot for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
