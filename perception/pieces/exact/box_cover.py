@@ -12,6 +12,7 @@ A plate of one thickness, whatever its outline, is one board while it has no hol
 L-shaped desk. A frame round a hole is cut into bars.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from typing import Any
@@ -215,17 +216,50 @@ def _find_trims(boxes: Indices, lattice: Lattice) -> list[tuple[int, Indices]]:
     meet = (low < high).all(axis=2)
     ranks = _rank(boxes, lattice)
     trims = []
+    corners: list[tuple[int, int, int, int]] = []
     for one, two in np.argwhere(np.triu(meet, 1)).tolist():
         lost = np.stack([low[one, two], high[one, two]])
         ends = [_cut_end(boxes[each], lost) is not None for each in (one, two)]
         if ends == [True, True]:
-            loser = one if ranks[one] < ranks[two] else two
+            cut = [int((lost != boxes[each]).any(axis=0).argmax()) for each in (one, two)]
+            corners.append((one, two, *cut))
         elif any(ends):
-            loser = one if ends[0] else two
-        else:
-            continue
-        trims.append((loser, lost))
+            trims.append((one if ends[0] else two, lost))
+    for one, two, loser in _decide_corners(corners, ranks):
+        trims.append((loser, np.stack([low[one, two], high[one, two]])))
     return sorted(trims, key=lambda trim: ranks[trim[0]])
+
+
+def _decide_corners(
+    corners: list[tuple[int, int, int, int]], ranks: list[tuple[float, ...]]
+) -> Iterator[tuple[int, int, int]]:
+    """Yield two boxes that meet at a corner, and which of them ends there.
+
+    Each corner is given by its boxes and the axes along which they would be cut. Boxes that all meet
+    one another between the same two axes are cut alike, along the axis that takes less face: so
+    solid steps become a stack of slabs or a row of blocks.
+    """
+    by_axes: dict[tuple[int, int], list[tuple[int, int, int, int]]] = {}
+    for corner in corners:
+        by_axes.setdefault((min(corner[2:]), max(corner[2:])), []).append(corner)
+    for axes, own in by_axes.items():
+        _, group = joined(len(ranks), [corner[:2] for corner in own])
+        members = np.bincount(group)
+        meetings = np.bincount(group[[corner[0] for corner in own]], minlength=len(members))
+        all_meet = meetings == members * (members - 1) // 2
+        costs: dict[tuple[int, int], float] = {}
+        for one, two, cut_one, cut_two in own:
+            for box, axis in ((one, cut_one), (two, cut_two)):
+                key = (int(group[one]), axis)
+                costs[key] = costs.get(key, 0.0) + float(np.exp(ranks[box][0] * EQUAL))
+        for one, two, cut_one, cut_two in own:
+            if cut_one == cut_two or not all_meet[group[one]]:
+                yield one, two, one if ranks[one] < ranks[two] else two
+                continue
+            first, second = (costs[int(group[one]), axis] for axis in axes)
+            # nearly equal: the way that they lie decides
+            axis = axes[0] if first < second * (1.0 - EQUAL) else axes[1]
+            yield one, two, one if cut_one == axis else two
 
 
 def _rank(boxes: Indices, lattice: Lattice) -> list[tuple[float, ...]]:
