@@ -132,9 +132,11 @@ def join_through(
     middles = np.array([piece.middle for piece in pieces]) - sheets.centre
     away = middles[:, None] - middles
     away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1e-300)
-    # how near the way to each other is to an axis of each
-    near = np.abs(np.einsum("aki,abi->abk", axes, away)).max(axis=2) > np.cos(COAXIAL)
-    near &= near.T
+    # the way to each other is along an axis of each, and the longest of the larger: they are bars
+    along = np.abs(np.einsum("aki,abi->abk", axes, away)) > np.cos(COAXIAL)
+    volumes = np.array([piece.volume for piece in pieces])
+    longest = np.where(volumes[:, None] >= volumes, along[..., 0], along[..., 0].T)
+    near = along.any(axis=2) & along.any(axis=2).T & longest
     corners = sheets.corners[rows]
     pairs = [
         (one, two)
@@ -175,9 +177,7 @@ def _goes_on(one: FloatArray, two: FloatArray, axis: FloatArray, corners: FloatA
 
     across = make_plane_axes(axis[None], np.eye(3)[[np.abs(axis).argmin()]])[0]
     try:
-        sections = [
-            ConvexHull(each @ across.T) for each in (np.concatenate([one, two]), one, two)
-        ]
+        sections = [ConvexHull(each @ across.T) for each in (np.concatenate([one, two]), one, two)]
     except QhullError:
         return False
     areas = [float(section.volume) for section in sections]

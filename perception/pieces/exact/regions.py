@@ -94,9 +94,7 @@ def _fit_planes(sheets: Sheets, label: Indices, count: int) -> tuple[FloatArray,
     return normals, sum_by_group(label, heights * sheets.areas, count) / areas
 
 
-def _find_curved(
-    links: Indices, turn: FloatArray, lengths: FloatArray, areas: FloatArray
-) -> Bools:
+def _find_curved(links: Indices, turn: FloatArray, lengths: FloatArray, areas: FloatArray) -> Bools:
     """Return which regions are facets of a curved surface: with two smooth neighbours like them.
 
     `links` (k, 2) are the regions on both sides of edges with these turns and lengths (k,).
