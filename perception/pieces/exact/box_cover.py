@@ -165,31 +165,57 @@ def _drop_spare(boxes: Indices, chosen: list[int], solid: Bools, volumes: FloatA
 
 
 def _settle_joints(boxes: Indices, lattice: Lattice) -> Indices:
-    """Return boxes (n, 2, 3) of which each ends where another goes through."""
+    """Return boxes (n, 2, 3) of which each ends where another goes through.
+
+    Those with the least face are settled first: a block ends at the boards above and below it
+    before it is seen whether these end at it.
+    """
     boxes = boxes.copy()
     times = np.zeros(lattice.solid.shape, dtype=np.int32)
     for box in boxes:
         times[_slices(box)] += 1
-    for _ in range(len(boxes) + 1):
-        trims = _find_trims(boxes, lattice)
+    ranks = _rank(boxes, lattice)
+    losers = _decide_corners(boxes, ranks)
+    order = sorted(range(len(boxes)), key=lambda number: ranks[number])
+    changed = True
+    while changed:
         changed = False
-        for number, lost in trims:
-            cells = _slices(lost)
-            if (times[cells] < 2).any() or not _within(lost, boxes[number]):
-                continue
-            shorter = _cut_end(boxes[number], lost)
-            if shorter is None:
-                continue
-            times[cells] -= 1
-            boxes[number] = shorter
-            changed = True
-        if not changed:
-            break
+        for number in order:
+            while (shorter := _shorten(number, boxes, times, ranks, losers)) is not None:
+                times[_slices(boxes[number])] -= 1
+                times[_slices(shorter)] += 1
+                boxes[number] = shorter
+                changed = True
     return boxes
 
 
-def _within(lost: Indices, box: Indices) -> bool:
-    return bool((lost[0] >= box[0]).all() and (lost[1] <= box[1]).all())
+def _shorten(
+    number: int,
+    boxes: Indices,
+    times: NDArray[np.int32],
+    ranks: list[tuple[float, ...]],
+    losers: dict[tuple[int, int], int],
+) -> Indices | None:
+    """Return a box without what it loses to another, None if it loses nothing."""
+    box = boxes[number]
+    low, high = np.maximum(box[0], boxes[:, 0]), np.minimum(box[1], boxes[:, 1])
+    for other in np.flatnonzero((low < high).all(axis=1)).tolist():
+        if other == number:
+            continue
+        lost = np.stack([low[other], high[other]])
+        shorter = _cut_end(box, lost)
+        if shorter is None or (times[_slices(lost)] < 2).any():
+            continue
+        pair = (min(number, other), max(number, other))
+        if pair in losers:
+            loser = losers[pair]
+        elif _cut_end(boxes[other], lost) is None:
+            loser = number  # the other goes on
+        else:
+            loser = min(pair, key=lambda each: ranks[each])
+        if loser == number:
+            return shorter
+    return None
 
 
 def _cut_end(box: Indices, lost: Indices) -> Indices | None:
@@ -208,24 +234,36 @@ def _cut_end(box: Indices, lost: Indices) -> Indices | None:
     return shorter
 
 
-def _find_trims(boxes: Indices, lattice: Lattice) -> list[tuple[int, Indices]]:
-    """Return boxes to shorten and what they lose to another, those with the least face first."""
+def _decide_corners(boxes: Indices, ranks: list[tuple[float, ...]]) -> dict[tuple[int, int], int]:
+    """Return which of two boxes ends at a corner, where it is not just the one with less face.
+
+    Three or more that all meet one another between the same two axes are cut alike, along the axis
+    that takes less face: so solid steps become a stack of slabs or a row of blocks.
+    """
     low = np.maximum(boxes[:, None, 0], boxes[None, :, 0])
     high = np.minimum(boxes[:, None, 1], boxes[None, :, 1])
-    meet = (low < high).all(axis=2)
-    ranks = _rank(boxes, lattice)
-    trims = []
-    for one, two in np.argwhere(np.triu(meet, 1)).tolist():
+    by_axes: dict[tuple[int, int], list[tuple[int, int, int, int]]] = {}
+    for one, two in np.argwhere(np.triu((low < high).all(axis=2), 1)).tolist():
         lost = np.stack([low[one, two], high[one, two]])
-        ends = [_cut_end(boxes[each], lost) is not None for each in (one, two)]
-        if ends == [True, True]:
-            loser = one if ranks[one] < ranks[two] else two
-        elif any(ends):
-            loser = one if ends[0] else two
-        else:
-            continue
-        trims.append((loser, lost))
-    return sorted(trims, key=lambda trim: ranks[trim[0]])
+        if all(_cut_end(boxes[each], lost) is not None for each in (one, two)):
+            cut = [int((lost != boxes[each]).any(axis=0).argmax()) for each in (one, two)]
+            if cut[0] != cut[1]:
+                by_axes.setdefault((min(cut), max(cut)), []).append((one, two, cut[0], cut[1]))
+    losers: dict[tuple[int, int], int] = {}
+    for axes, own in by_axes.items():
+        _, group = joined(len(boxes), [corner[:2] for corner in own])
+        for number in np.flatnonzero(np.bincount(group) > 2).tolist():
+            corners = [corner for corner in own if group[corner[0]] == number]
+            count = int((group == number).sum())
+            if len(corners) < count * (count - 1) // 2:
+                continue
+            costs = dict.fromkeys(axes, 0.0)
+            for one, two, cut_one, cut_two in corners:
+                costs[cut_one] += float(np.exp(ranks[one][0] * EQUAL))
+                costs[cut_two] += float(np.exp(ranks[two][0] * EQUAL))
+            axis = axes[0] if costs[axes[0]] < costs[axes[1]] * (1.0 - EQUAL) else axes[1]
+            losers |= {(one, two): one if cut == axis else two for one, two, cut, _ in corners}
+    return losers
 
 
 def _rank(boxes: Indices, lattice: Lattice) -> list[tuple[float, ...]]:

@@ -25,6 +25,8 @@ SAME_SECTION = 0.02
 MOST_SPOTS = 8
 # Where between two ends: behind the first, in the middle, before the second.
 BETWEEN = (0.01, 0.5, 0.99)
+# A hull of which its least box is larger by less is a cuboid.
+CUBOID = 1e-3
 # Directions that a part's least box is tried along: those of its largest faces.
 DIRECTIONS = 8
 
@@ -130,9 +132,11 @@ def join_through(
     middles = np.array([piece.middle for piece in pieces]) - sheets.centre
     away = middles[:, None] - middles
     away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1e-300)
-    # how near the way to each other is to an axis of each
-    near = np.abs(np.einsum("aki,abi->abk", axes, away)).max(axis=2) > np.cos(COAXIAL)
-    near &= near.T
+    # the way to each other is along an axis of each, and the longest of the larger: they are bars
+    along = np.abs(np.einsum("aki,abi->abk", axes, away)) > np.cos(COAXIAL)
+    volumes = np.array([piece.volume for piece in pieces])
+    longest = np.where(volumes[:, None] >= volumes, along[..., 0], along[..., 0].T)
+    near = along.any(axis=2) & along.any(axis=2).T & longest
     corners = sheets.corners[rows]
     pairs = [
         (one, two)
@@ -173,9 +177,7 @@ def _goes_on(one: FloatArray, two: FloatArray, axis: FloatArray, corners: FloatA
 
     across = make_plane_axes(axis[None], np.eye(3)[[np.abs(axis).argmin()]])[0]
     try:
-        sections = [
-            ConvexHull(each @ across.T) for each in (np.concatenate([one, two]), one, two)
-        ]
+        sections = [ConvexHull(each @ across.T) for each in (np.concatenate([one, two]), one, two)]
     except QhullError:
         return False
     areas = [float(section.volume) for section in sections]
@@ -196,9 +198,22 @@ def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> Sol
     """Return the piece of a convex part, with its triangles on its surface."""
     rows, hull, volume = part.rows, part.hull, part.volume
     label = regions.label[rows]
+    curved = regions.curved[label]
+    box = None if curved.any() else _find_box(regions.normals[np.unique(label)], hull)
+    if box is not None:
+        extents, axes, middle = box
+        return SolidPiece(
+            hull.points + sheets.centre,
+            axes,
+            middle + sheets.centre,
+            extents,
+            0.0,
+            0.0,
+            volume,
+            np.unique(sheets.source[rows]),
+        )
     areas = np.bincount(label, sheets.areas[rows], minlength=len(regions.normals))
     flat = np.flatnonzero((areas > 0.0) & ~regions.curved)
-    curved = regions.curved[label]
     flat = flat[np.argsort(-areas[flat], kind="stable")][:DIRECTIONS]
     directions = list(regions.normals[flat])
     share = float(sheets.areas[rows][curved].sum() / sheets.areas[rows].sum())
@@ -220,6 +235,24 @@ def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> Sol
         volume,
         np.unique(sheets.source[rows]),
     )
+
+
+def _find_box(normals: FloatArray, hull: Hull) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Return extents, axes and middle of a hull that is a cuboid with these face normals (r, 3)."""
+    first = normals[0]
+    square = np.flatnonzero(np.abs(normals @ first) < COAXIAL)
+    if not len(square):
+        return None
+    second = normals[square[0]] - (normals[square[0]] @ first) * first
+    second /= np.linalg.norm(second)
+    axes = np.stack([first, second, cross(first, second)])
+    along = hull.points @ axes.T
+    extents = np.ptp(along, axis=0)
+    if extents.prod() > hull.volume * (1.0 + CUBOID):
+        return None
+    order = np.argsort(-extents, kind="stable")
+    middle: FloatArray = 0.5 * (along.min(axis=0) + along.max(axis=0)) @ axes
+    return extents[order], axes[order], middle
 
 
 def measure_section_roundness(points: FloatArray, axis: FloatArray) -> float:

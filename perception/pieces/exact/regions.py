@@ -21,6 +21,8 @@ CONCAVE_DEG = 12.0
 SMOOTH_DEG = 31.0
 # Neighbouring facets of a round body are alike in area but for this factor.
 ALIKE = 4.0
+# They share sides at least so long, of the side of a square of their area.
+SIDE_SHARE = 0.5
 # A plane is known to so many times the distance within which corners are one.
 PLANE_SLACK = 10.0
 # Planes whose normals are within this angle of a frame's axes lie along it.
@@ -73,8 +75,9 @@ def find_regions(sheets: Sheets) -> Regions:
         count = int(label.max()) + 1
         fits = _fit_planes(sheets, label, count)
     areas = sum_by_group(label, sheets.areas, count)
-    curved = _find_curved(label[sheets.pairs], turn, areas)
     start, end = sheets.points[run_along(sheets.triangles[one], sheets.edges)]
+    lengths = np.linalg.norm(end - start, axis=1)
+    curved = _find_curved(label[sheets.pairs], turn, lengths, areas)
     concave = (turn > CONCAVE_DEG) & ((both * (end - start)).sum(axis=1) < 0.0)
     concave &= ~((turn < SMOOTH_DEG) & curved[label[one]] & curved[label[two]])
     group = joined(len(corners), sheets.pairs[~concave])[1]
@@ -91,15 +94,21 @@ def _fit_planes(sheets: Sheets, label: Indices, count: int) -> tuple[FloatArray,
     return normals, sum_by_group(label, heights * sheets.areas, count) / areas
 
 
-def _find_curved(links: Indices, turn: FloatArray, areas: FloatArray) -> Bools:
-    """Return which regions are facets of a curved surface: with two smooth neighbours like them."""
-    one, two = links.T
-    smooth = (one != two) & (turn < SMOOTH_DEG)
-    ratio = areas[one] / areas[two]
-    alike = smooth & (ratio < ALIKE) & (ratio > 1.0 / ALIKE)
-    ends = np.concatenate([links[alike], links[alike][:, ::-1]])
-    distinct = np.unique(ends, axis=0) if len(ends) else ends
-    return np.asarray(np.bincount(distinct[:, 0], minlength=len(areas)) >= 2)
+def _find_curved(links: Indices, turn: FloatArray, lengths: FloatArray, areas: FloatArray) -> Bools:
+    """Return which regions are facets of a curved surface: with two smooth neighbours like them.
+
+    `links` (k, 2) are the regions on both sides of edges with these turns and lengths (k,).
+    """
+    ratio = areas[links[:, 0]] / areas[links[:, 1]]
+    alike = (links[:, 0] != links[:, 1]) & (turn < SMOOTH_DEG)
+    alike &= (ratio < ALIKE) & (ratio > 1.0 / ALIKE)
+    if not alike.any():
+        return np.zeros(len(areas), dtype=np.bool_)
+    ends, which = np.unique(np.sort(links[alike], axis=1), axis=0, return_inverse=True)
+    # facets meet along their sides, not where one just touches the other
+    along = np.bincount(which.ravel(), lengths[alike])
+    ends = ends[along > SIDE_SHARE * np.sqrt(areas[ends].min(axis=1))]
+    return np.asarray(np.bincount(ends.ravel(), minlength=len(areas)) >= 2)
 
 
 def find_frame(
