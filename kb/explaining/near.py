@@ -1,4 +1,4 @@
-"""What comes nearest to a set that has too few or too many members, and whether one is a member."""
+"""Near misses of a set that has too few or too many members, and whether one is a member."""
 
 import re
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ ABOUT = 0.1
 
 @dataclass(frozen=True, slots=True)
 class NearMember:
-    """What is no member of a set that has too `few`, or one of too `many`, and why."""
+    """Near miss of a set with too `few` members, or one of too `many`, and why."""
 
     functor: ClassVar[str] = "near"
     sort: str

@@ -93,7 +93,7 @@ class Condition:
 
     @property
     def nearest(self) -> tuple[NearMember, ...]:
-        """What comes nearest to its sets, if it is one of these that decides."""
+        """Near misses of its sets, if it is one of these that decides."""
         found = reason(self.proof)
         return self.near if found is not None and found.step.name in ("counted", "any") else ()
 

@@ -108,7 +108,7 @@ class ReasonRecord(_MeasuredRecord):
 
 
 class NearRecord(_Record):
-    """What comes nearest to a set: no member, or one of too many, and why.
+    """Near miss of a set: no member, or one of too many, and why.
 
     `nearest` is there where it lacks nothing but members of a set of its own.
     """

@@ -1,4 +1,4 @@
-"""What comes nearest to a set of too few or too many, and whether one is a member."""
+"""Near misses of sets of too few or too many, and whether one is a member."""
 
 import json
 from collections.abc import Mapping
