@@ -1,4 +1,4 @@
-"""Things of wood as a joiner builds them, every length varied: what parts they are made of is known.
+"""Things of wood as a joiner builds them, every length varied: their parts are known.
 
 A thing is a list of its parts, closed convex meshes (an L-shaped plate apart) in metres, z upwards,
 which touch, overlap or reach into one another as in drawings.
@@ -11,6 +11,8 @@ import shapely
 import trimesh
 
 from benchmarks.shapes.own_solids import bar, block, extruded, hull
+from facetlog.perception.ragged import Indices
+from facetlog.perception.types import FloatArray
 
 Parts = list[trimesh.Trimesh]
 # every length is varied by so much
@@ -63,15 +65,14 @@ def make_ladder(size: Sizes) -> Parts:
     thick, deep, wide, apart = size(0.025), size(0.06), size(0.4), size(0.28)
     height = apart * (count + 0.3 + 0.4 * float(size.rng.random()))
     lean = float(size.rng.uniform(0.1, 0.4)) if size.flip() else 0.0
-    reach = size.rng.choice([-0.5, 0.0, 1.0, 1.4])  # how far rungs go into the rails
-    low = thick * (1.0 - max(reach, 0.0)) + (0.3 * thick if reach < 0 else 0.0)
-    low = thick if reach == 0.0 else (0.5 * thick if reach < 0 else thick * (1.0 - reach))
+    reach = float(size.rng.choice([0.0, 0.5, 1.0, 1.4]))  # how far rungs go into the rails
+    low = thick * (1.0 - reach)
     radius = size(0.014)
     round_ones = size.flip()
     parts = []
     for x in (0.0, wide - thick):
         foot = np.array([[a, b, 0.0] for a in (x, x + thick) for b in (0.0, deep)])
-        parts.append(hull(np.concatenate([foot, foot + [0.0, lean * height, height]])))
+        parts.append(hull(np.concatenate([foot, foot + np.array([0.0, lean * height, height])])))
     for number in range(count):
         z = apart * (number + 0.5)
         y = 0.5 * deep + lean * z
@@ -147,7 +148,11 @@ def make_table(size: Sizes) -> Parts:
             for y, dy in ((0.12, -lean), (width - 0.12 - leg, lean)):
                 plan = np.array([[a, b, 0.0] for a in (x, x + leg) for b in (y, y + leg)])
                 parts.append(
-                    hull(np.concatenate([plan + [dx, dy, 0], plan + [0, 0, high - thick]]))
+                    hull(
+                        np.concatenate(
+                            [plan + np.array([dx, dy, 0]), plan + np.array([0, 0, high - thick])]
+                        )
+                    )
                 )
         return parts
     return [top, *_legs(size, length, width, high - thick, leg, 0.04 if style else 0.0)]
@@ -161,7 +166,7 @@ def make_chair(size: Sizes) -> Parts:
     parts += _legs(size, width, depth, high - thick, leg, float(size.rng.choice([0.0, 0.03])))
     slope = float(size.rng.choice([0.0, 0.25]))
     foot = np.array([[a, b, high] for a in (0.0, width) for b in (depth - back, depth)])
-    return [*parts, hull(np.concatenate([foot, foot + [0.0, slope * tall, tall]]))]
+    return [*parts, hull(np.concatenate([foot, foot + np.array([0.0, slope * tall, tall])]))]
 
 
 def make_stool(size: Sizes) -> Parts:
@@ -262,14 +267,31 @@ def make_stairs(size: Sizes) -> Parts:
 def make_steps(size: Sizes) -> Parts:
     """Return solid steps, each a block."""
     count = int(size.rng.integers(2, 7))
-    rise, run, width = size(0.18), size(0.28), size(0.9)
-    if size.flip():
-        return [
-            block([0, run * k, 0], [width, run * (k + 1), rise * (k + 1)]) for k in range(count)
-        ]
+    parts = _make_columns(count, size(0.18), size(0.28), size(0.9))
+    return parts if size.flip() else _make_slabs(parts)
+
+
+def _make_columns(count: int, rise: float, run: float, width: float) -> Parts:
+    """Return steps as blocks side by side."""
+    return [block([0, run * k, 0], [width, run * (k + 1), rise * (k + 1)]) for k in range(count)]
+
+
+def _make_slabs(parts: Parts) -> Parts:
+    """Return the same steps as slabs one above the other."""
+    width, length, high = np.max([part.bounds[1] for part in parts], axis=0)
+    rise, run = high / len(parts), length / len(parts)
     return [
-        block([0, run * k, rise * k], [width, run * count, rise * (k + 1)]) for k in range(count)
+        block([0, run * k, rise * k], [width, length, rise * (k + 1)]) for k in range(len(parts))
     ]
+
+
+def list_builds(family: str, parts: Parts) -> list[Parts]:
+    """Return the ways to build what looks like these parts: solid steps of slabs or of blocks."""
+    if family != "steps":
+        return [parts]
+    width, length, high = np.max([part.bounds[1] for part in parts], axis=0)
+    count = len(parts)
+    return [_make_slabs(parts), _make_columns(count, high / count, length / count, width)]
 
 
 def make_box(size: Sizes) -> Parts:
@@ -290,9 +312,20 @@ def make_crate(size: Sizes) -> Parts:
 
 
 FAMILIES: dict[str, Callable[[Sizes], Parts]] = {
-    name.removeprefix("make_"): make
-    for name, make in list(globals().items())
-    if name.startswith("make_")
+    "pallet": make_pallet,
+    "ladder": make_ladder,
+    "cabinet": make_cabinet,
+    "trolley": make_trolley,
+    "table": make_table,
+    "chair": make_chair,
+    "stool": make_stool,
+    "shelf": make_shelf,
+    "desk": make_desk,
+    "frame": make_frame,
+    "stairs": make_stairs,
+    "steps": make_steps,
+    "box": make_box,
+    "crate": make_crate,
 }
 
 
@@ -323,7 +356,7 @@ def join_parts(parts: Parts, how: str, rng: np.random.Generator) -> trimesh.Trim
     return mesh
 
 
-def turn_at_random(rng: np.random.Generator) -> np.ndarray:
+def turn_at_random(rng: np.random.Generator) -> FloatArray:
     """Return a random rotation (3, 3)."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
@@ -331,12 +364,12 @@ def turn_at_random(rng: np.random.Generator) -> np.ndarray:
 
 
 def iter_variants(
-    family: str, seeds: range, how: tuple[str, ...]
-) -> Iterator[tuple[Parts, np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield for each seed the parts, points and triangles of the mesh, and the turn of its frame."""
+    family: str, seeds: range, how: str
+) -> Iterator[tuple[Parts, FloatArray, Indices, FloatArray]]:
+    """Yield for each seed the parts, the points and triangles of the mesh, its frame's turn."""
     for seed in seeds:
-        rng = np.random.default_rng([seed, len(family), ord(family[0])])
+        rng = np.random.default_rng([seed, *family.encode()])
         parts = FAMILIES[family](Sizes(rng))
-        mesh = join_parts(parts, how[seed % len(how)], rng)
+        mesh = join_parts(parts, how, rng)
         turn = turn_at_random(rng)
         yield parts, mesh.vertices @ turn.T, np.asarray(mesh.faces, dtype=np.int64), turn

@@ -1,4 +1,4 @@
-"""Boards, bars and blocks of the solid cells of a lattice: the fewest largest boxes that cover them.
+"""Boards, bars and blocks of the solid cells of a lattice: the fewest boxes that cover them.
 
 A box of cells that can grow to no side is a candidate. One that covers a cell which no other covers
 is needed: a leg for what is below the top, the top for what is between the legs. Where two meet,
@@ -13,7 +13,6 @@ L-shaped desk. A frame round a hole is cut into bars.
 """
 
 from dataclasses import dataclass
-
 from typing import Any
 
 import numpy as np
@@ -112,7 +111,7 @@ def _widen(sums: Indices, boxes: Indices, axis: int) -> Indices:
 
 
 def _count(sums: NDArray[Any], boxes: Indices) -> NDArray[Any]:
-    """Return how much there is in boxes (n, 2, 3) of cells, by sums of what is before each place."""
+    """Return how much there is in boxes (n, 2, 3) of cells, by sums before each place."""
     total = np.zeros(len(boxes), dtype=sums.dtype)
     for corner in np.ndindex(2, 2, 2):
         x, y, z = (boxes[:, corner[axis], axis] for axis in range(3))

@@ -13,7 +13,7 @@ from facetlog.perception.pieces.exact.regions import Regions
 from facetlog.perception.pieces.exact.sheets import Sheets, is_inside, run_along
 from facetlog.perception.pieces.pieces import find_least_box
 from facetlog.perception.pieces.solid_pieces import SolidPiece
-from facetlog.perception.ragged import Indices, iter_groups, joined
+from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray
 
 # Share of its hull that a part fills: facets, dents and turned legs take some per cent.
@@ -21,6 +21,8 @@ CONVEX = 0.9
 # Parts that one axis joins lie along it to this angle (radians), and have sections alike to this.
 COAXIAL = np.radians(0.5)
 SAME_SECTION = 0.02
+# Corners of hulls that are compared with one another.
+MOST_CORNERS = 150
 # Places of a section at which solid is looked for.
 MOST_SPOTS = 8
 # Where between two ends: behind the first, in the middle, before the second.
@@ -39,10 +41,24 @@ class Hull:
     planes: FloatArray
     volume: float
 
-    def contains(self, points: FloatArray, slack: float) -> np.ndarray:
+    def contains(self, points: FloatArray, slack: float) -> Bools:
         """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
-        heights = points @ self.planes[:, :3].T + self.planes[:, 3]
-        return np.asarray(heights.max(axis=1) <= slack)
+        near = (points >= self.points.min(axis=0) - slack).all(axis=1)
+        near &= (points <= self.points.max(axis=0) + slack).all(axis=1)
+        heights = points[near] @ self.planes[:, :3].T + self.planes[:, 3]
+        near[near] = heights.max(axis=1) <= slack
+        return near
+
+    def coarsen(self) -> "Hull":
+        """Return a hull of few of the corners: those farthest out in evenly spread directions."""
+        if len(self.points) <= MOST_CORNERS:
+            return self
+        # a Fibonacci sphere
+        step = np.arange(MOST_CORNERS) + 0.5
+        z, turn = 1.0 - 2.0 * step / MOST_CORNERS, np.pi * (1.0 + np.sqrt(5.0)) * step
+        across = np.sqrt(1.0 - z * z)
+        ways = np.stack([across * np.cos(turn), across * np.sin(turn), z])
+        return find_hull(self.points[np.unique((self.points @ ways).argmax(axis=0))]) or self
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -159,7 +159,7 @@ def _cut_apart(sheets, regions, rows, pairs, found, add) -> float:  # type: igno
     return explained
 
 
-def _cut_in_frame(  # noqa: PLR0913
+def _cut_in_frame(
     sheets: Sheets,
     regions: Regions,
     rows: Indices,
@@ -211,7 +211,7 @@ def _cut_in_frame(  # noqa: PLR0913
     return explained
 
 
-def _find_places(  # noqa: PLR0913
+def _find_places(
     sheets: Sheets,
     regions: Regions,
     rows: Indices,
@@ -278,7 +278,8 @@ def _make_box_piece(
     frame = lattice.frame
     corners = np.concatenate([np.where(_CORNERS, high, low) for low, high in bounds])
     hull = find_hull(corners @ frame)
-    assert hull is not None  # a box has volume
+    if hull is None:
+        raise ValueError("a box of cells has no volume")
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
     order = np.argsort(low - high, kind="stable")
     piece = SolidPiece(
@@ -316,10 +317,13 @@ def _assemble(sheets: Sheets, found: _Found) -> SolidPieces:
     kept = _drop_inner(sheets, found)
     order = sorted(kept, key=lambda i: _rank(found.pieces[i], sheets.size))
     pieces = tuple(found.pieces[i] for i in order)
-    left = np.array(found.left).reshape(-1, 2, 3)
+    left = np.concatenate([np.array(found.left).reshape(-1, 2, 3), sheets.open_boxes])
     total = float(sheets.volumes.sum())
-    explained = min(1.0, found.explained / total) if total > 0.0 else 0.0
-    contacts = _find_contacts(pieces, [found.hulls[i] for i in order], sheets)
+    # what is open encloses nothing: it counts by its share of the surface
+    closed = 1.0 - sheets.open_share
+    explained = closed * min(1.0, found.explained / total) if total > 0.0 else 0.0
+    hulls = [found.hulls[i].coarsen() for i in order]
+    contacts = _find_contacts(pieces, hulls, sheets)
     reason = "" if pieces else "the solid is neither convex nor made of flat or round parts"
     return SolidPieces(pieces, contacts, explained if pieces else 0.0, left, reason)
 
@@ -345,7 +349,7 @@ def _drop_inner(sheets: Sheets, found: _Found) -> list[int]:
             if (outer.min(axis=0) <= low + slack).all() and (
                 outer.max(axis=0) >= high - slack
             ).all():
-                inner = bool(found.hulls[other].contains(points, slack).all())
+                inner = bool(found.hulls[other].coarsen().contains(points, slack).all())
                 if inner:
                     break
         if not inner:

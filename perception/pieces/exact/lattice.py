@@ -14,8 +14,8 @@ from facetlog.perception.ragged import Bools, Indices
 from facetlog.perception.types import FloatArray
 
 # Cells of a lattice, and pairs of triangles and cells, worked out in a fraction of a second.
-MOST_CELLS = 400_000
-MOST_PAIRS = 8_000_000
+MOST_CELLS = 100_000
+MOST_PAIRS = 500_000
 # The sine of an angle within which lines are parallel.
 PARALLEL = 1e-6
 # Where in a cell its ray passes: beside the middle, where the diagonals of faces cross.

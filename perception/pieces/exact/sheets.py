@@ -4,7 +4,7 @@ Where more than two triangles share an edge, bodies touch there: the triangles o
 mesh was given stay together, others pair so that solid lies between them.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -24,8 +24,8 @@ SLIVER = 2.0
 ROUNDS = 6
 # Open edges times their ends that are compared, some tenth of a second.
 MOST_COMPARED = 10_000_000
-# Sheets that are open do not count where they are less than this share of the surface.
-OPEN_SHARE = 0.01
+# A mesh of which more than this share of the surface is open is no solid.
+OPEN_SHARE = 0.1
 # A sheet with less volume than this share of its area times size encloses nothing.
 LEAST_VOLUME = 1e-6
 
@@ -36,7 +36,8 @@ class Sheets:
 
     `source` (m,) are the triangles of the mesh that they are of; `body` (m,) numbers the closed
     bodies, each with its cavities. `pairs` (k, 2) are triangles that share an edge and `edges`
-    (k, 2) its ends. Points within `slack` are one. `reason` says why there is none.
+    (k, 2) its ends. Points within `slack` are one. `volumes` are the bodies'. Of the surface
+    `open_share` is open, in boxes (n, 2, 3) in the mesh's own coordinates.
     """
 
     points: FloatArray
@@ -50,8 +51,9 @@ class Sheets:
     centre: FloatArray
     size: float
     slack: float
-    reason: str = ""
-    volumes: FloatArray = field(default_factory=lambda: np.zeros(0))
+    volumes: FloatArray
+    open_share: float
+    open_boxes: FloatArray
 
     @property
     def corners(self) -> FloatArray:
@@ -124,8 +126,21 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
         centre,
         size,
         slack,
-        volumes=sum_by_group(body[kept_sheet], made[kept_sheet], int(bodies.max()) + 1),
+        sum_by_group(body[kept_sheet], made[kept_sheet], int(bodies.max()) + 1),
+        float(area[open_sheet].sum() / area.sum()),
+        _find_boxes(points[triangles] + centre, sheet, np.flatnonzero(open_sheet)),
     )
+
+
+def _find_boxes(corners: FloatArray, sheet: Indices, chosen: Indices) -> FloatArray:
+    """Return the boxes (n, 2, 3) round chosen sheets of triangles (m, 3, 3)."""
+    low, high = (
+        np.full((int(sheet.max()) + 1, 3), np.inf),
+        np.full((int(sheet.max()) + 1, 3), -np.inf),
+    )
+    np.minimum.at(low, sheet, corners.min(axis=1))
+    np.maximum.at(high, sheet, corners.max(axis=1))
+    return np.stack([low, high], axis=1)[chosen]
 
 
 def _weld(points: FloatArray, triangles: Indices, slack: float) -> tuple[FloatArray, Indices]:
@@ -319,7 +334,7 @@ def _pair_by_angle(
     order = np.lexsort((rows, key))
     _, first, place = np.unique(key[order], return_index=True, return_inverse=True)
     right = apex[order[first]][place]
-    right = right / np.linalg.norm(right, axis=1, keepdims=True)
+    right = right / np.maximum(np.linalg.norm(right, axis=1, keepdims=True), 1e-300)
     apex, axis = apex[order], axis[order]
     angle = np.arctan2((apex * cross(axis, right)).sum(axis=1), (apex * right).sum(axis=1))
     angle = np.mod(angle + SAME_ANGLE, 2.0 * np.pi)
