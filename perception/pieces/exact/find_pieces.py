@@ -6,6 +6,7 @@ boards, bars and blocks along the planes of its own faces, frame by frame (`latt
 `box_cover.py`). What is left counts as unexplained.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,7 +36,7 @@ from facetlog.perception.types import FloatArray
 
 # Further frames are tried for flat surface of more than this share of a body.
 FRAME_SHARE = 0.02
-MOST_FRAMES = 6
+MOST_FRAMES = 4
 # A box of cells shows at least this share of its surface; one that shows none is no part.
 SHOWN = 0.05
 # A gap of this share of the thinner piece's thickness is none.
@@ -117,7 +118,14 @@ def _find_unexplained(sheets: Sheets, rows: Indices, hulls: list[Hull]) -> Float
     return np.stack([own.min(axis=0), own.max(axis=0)])
 
 
-def _cut_apart(sheets, regions, rows, pairs, found, add) -> float:  # type: ignore[no-untyped-def]
+def _cut_apart(
+    sheets: Sheets,
+    regions: Regions,
+    rows: Indices,
+    pairs: Indices,
+    found: _Found,
+    add: Callable[[ConvexPart], None],
+) -> float:
     """Cut a body that is not convex; return the volume of the boxes found."""
     label = regions.label[rows]
     flat = np.unique(label[~regions.curved[label]])

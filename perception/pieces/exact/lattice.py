@@ -155,25 +155,27 @@ def _find_mixed(
     if expanded is None:
         return None
     cell, owner = expanded
-    # triangles in one cell cross it; of others, by separating axes
     first = np.stack([places[k][cell[:, k]] for k in range(3)], axis=1)
     last = np.stack([places[k][cell[:, k] + 1] for k in range(3)], axis=1)
     middle, half = 0.5 * (first + last), np.maximum(0.5 * (last - first) - slack, 0.0)
+    # by separating axes: most cells lie off the triangle's plane
+    normals = cross(slanted[:, 1] - slanted[:, 0], slanted[:, 2] - slanted[:, 0])
+    height = np.abs(((middle - slanted[owner, 0]) * normals[owner]).sum(axis=1))
+    near = height < (half * np.abs(normals[owner])).sum(axis=1)
+    near &= (half > 0.0).all(axis=1)
+    cell, owner, middle, half = cell[near], owner[near], middle[near], half[near]
     away = slanted[owner] - middle[:, None]
     sides = np.roll(away, -1, axis=1) - away
     meets = np.ones(len(owner), dtype=np.bool_)
     lengths = np.linalg.norm(sides, axis=2)
-    axes = [(cross(sides[:, 0], sides[:, 1]), lengths[:, 0] * lengths[:, 1])]
-    axes += [
-        (cross(sides[:, k], np.eye(3)[axis]), lengths[:, k]) for k in range(3) for axis in range(3)
-    ]
-    for axis, scale in axes:
+    for k, along in np.ndindex(3, 3):
+        axis = cross(sides[:, k], np.eye(3)[along])
         # a side along an axis of the frame separates nothing
-        known = np.linalg.norm(axis, axis=1) > PARALLEL * scale
-        along = (away * axis[:, None]).sum(axis=2)
+        known = np.linalg.norm(axis, axis=1) > PARALLEL * lengths[:, k]
+        places_along = (away * axis[:, None]).sum(axis=2)
         reach = (half * np.abs(axis)).sum(axis=1)
-        meets &= ~known | ((along.min(axis=1) < reach) & (along.max(axis=1) > -reach))
-    meets &= (half > 0.0).all(axis=1)
+        apart = (places_along.min(axis=1) >= reach) | (places_along.max(axis=1) <= -reach)
+        meets &= ~known | ~apart
     own = cell[meets]
     mixed[own[:, 0], own[:, 1], own[:, 2]] = True
     return mixed
