@@ -11,7 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from facetlog.kb.brief_verdict import STACKS, BriefVerdict, Conditions, Cost
-from facetlog.kb.calibration import InputKind
+from facetlog.kb.calibration import Evidence, InputKind, make_evidence
+from facetlog.kb.confidence import Confidence
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
@@ -27,15 +28,16 @@ from facetlog.kb.loading.rule_source import MODEL_SUFFIX
 from facetlog.kb.loading.scene_cache import SceneCache
 from facetlog.kb.recognize import open_knowledge_base
 
-__all__ = ["BatchJudge"]
+__all__ = ["BatchJudge", "collect_columns", "collect_evidence"]
 
 # What verdicts follow from beside the models: words, measures and how they are judged; of models
 # that cannot be specialised also by how it is proved.
 JUDGING_CODE = ("rules/*.pl", "kb/prolog/**/*.pl")
 HASH_DIGITS = 16
 
-# What says how a thing was measured, where it was not found in pictures.
+# What says how a thing was measured, where it was not found in pictures; and what else does.
 SURFACES = {("whole", 1): InputKind.WHOLE, ("scanned", 1): InputKind.SCANNED}
+EVIDENCE = frozenset({*SURFACES, ("view", 2), ("part_of", 2), ("area", 3), ("coverage", 2)})
 
 NAME_DIGITS = 24  # of a module's digest
 # Modules of open batches that are named by what they hold.
@@ -101,7 +103,7 @@ class BatchJudge(Closing):
             self._code.save(path, self._scene, self._base.send, "save_batch")
         kinds, general = decode_record(opened, _OPENED)
         self._general: dict[str, tuple[str, ...]] = dict(general)
-        self._needed = frozenset(kinds) | SURFACES.keys()
+        self._needed = frozenset(kinds) | EVIDENCE
         return batch
 
     def _choose_module_and_file(self, models: tuple[Term, ...]) -> tuple[str, Path | None]:
@@ -170,7 +172,7 @@ class BatchJudge(Closing):
         `rows` are the facts, or for each functor its rows without it. Raise EngineError if a limit
         is reached; the next scene is judged as if nothing had been.
         """
-        return self.judge_columns(_collect_columns(rows))
+        return self.judge_columns(collect_columns(rows))
 
     def judge_columns(self, facts: Mapping[str, Columns]) -> tuple[BriefVerdict, ...]:
         """Return the verdicts on facts that are given by functor, column by column."""
@@ -190,16 +192,10 @@ class BatchJudge(Closing):
             self._forget(batch)
             raise
         self._batch = batch
-        kinds = {
-            str(thing): kind
-            for fact, kind in SURFACES.items()
-            for (things,) in [needed.get(fact, ((),))]
-            for thing in things
-        }
-        return tuple(self._verdicts(_split_fields(said), kinds))
+        return tuple(self._verdicts(_split_fields(said), collect_evidence(facts)))
 
     def _verdicts(
-        self, fields: Sequence[str], kinds: Mapping[str, InputKind]
+        self, fields: Sequence[str], evidence: Mapping[str, Evidence]
     ) -> Iterator[BriefVerdict]:
         """Decode the text of encoded_verdicts/4 of batch.pl."""
         field = iter(fields)
@@ -215,13 +211,12 @@ class BatchJudge(Closing):
                 for _ in range(int(next(field)))
             )
             rules = self._base.models[model]
-            confidence = self._base.calibration.confidence(
+            confidence = self._base.calibration.compute(
                 model,
                 rules.judging,
-                kinds.get(thing, InputKind.PICTURES),
                 State(state),
-                float(low),
                 float(high),
+                evidence.get(thing, Evidence(InputKind.PICTURES)),
             )
             yield BriefVerdict(
                 model=model,
@@ -229,7 +224,7 @@ class BatchJudge(Closing):
                 state=State(state),
                 degree=float(low),
                 degree_at_most=float(high),
-                confidence=confidence if thing else None,
+                confidence=confidence if thing else Confidence(),
                 parts=parts,
                 sizes=sizes,
                 specialises=self._general.get(model, ()),
@@ -240,7 +235,37 @@ class BatchJudge(Closing):
             )
 
 
-def _collect_columns(rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]) -> dict[str, Columns]:
+def collect_evidence(facts: Mapping[str, Columns]) -> dict[str, Evidence]:
+    """Return how each thing with faces was measured."""
+
+    def list_columns(name: str, count: int) -> Columns:
+        return (facts.get(name) or ((),) * count)[:count]
+
+    surfaces = {
+        str(thing): kind
+        for (name, _), kind in SURFACES.items()
+        for (things,) in [list_columns(name, 1)]
+        for thing in things
+    }
+    (views,) = list_columns("view", 1)
+    owned, owners = list_columns("part_of", 2)
+    areas = dict(zip(*list_columns("area", 2), strict=True))
+    shares = dict(zip(*list_columns("coverage", 2), strict=True))
+    sums: dict[str, list[float]] = {}
+    for face, thing in zip(owned, owners, strict=True):
+        if face in areas and face in shares:
+            area = float(areas[face])
+            total = sums.setdefault(str(thing), [0.0, 0.0])
+            total[0] += area
+            total[1] += area * float(shares[face])
+    return {
+        thing: make_evidence(surfaces.get(thing), len(views), seen / area)
+        for thing, (area, seen) in sums.items()
+        if area > 0.0
+    }
+
+
+def collect_columns(rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]) -> dict[str, Columns]:
     """Return rows as columns, of functors that have any; those of other lengths are not of the
     schema."""
     kinds: Mapping[str, Sequence[Fact]]

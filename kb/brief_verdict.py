@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from facetlog.kb.confidence import Confidence
 from facetlog.kb.explaining.proof import State
 
 __all__ = ["STACKS", "BriefVerdict", "Conditions", "Cost"]
@@ -49,7 +50,7 @@ class BriefVerdict:
     state: State
     degree: float
     degree_at_most: float
-    confidence: float | None
+    confidence: Confidence
     parts: tuple[tuple[str, tuple[str, ...]], ...]
     sizes: tuple[tuple[str, float, float], ...]
     specialises: tuple[str, ...] = ()

@@ -1,11 +1,12 @@
 """Examples of models, run: what is expected of a scene, and what came out."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from facetlog.errors import FacetlogError
+from facetlog.errors import FacetlogError, LimitError
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import quantity
@@ -16,6 +17,7 @@ from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.scene_facts import FactMaker
+from facetlog.kb.overlaps import Overlaps
 
 __all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "list_example_cases", "run_cases"]
 
@@ -199,10 +201,13 @@ def _describe_solid(solid: s.Solid) -> str:
     return f"{solid.builder}({sizes})"
 
 
-def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult]:
+def run_cases(
+    base: KnowledgeBase, cases: Sequence[Case], overlaps: Overlaps | None = None
+) -> Iterator[CaseResult]:
     """Return the results of cases, those of one scene together: each scene is made and loaded once.
 
-    What is wrong with a scene, or a limit that a model reaches, is a problem of its cases.
+    What is wrong with a scene, or a limit that a model reaches, is a problem of its cases. Of what
+    a user's model rightly holds `overlaps` counts the built-in ones that hold as well.
     """
     of_scene: dict[str, list[Case]] = {}
     for case in cases:
@@ -214,7 +219,11 @@ def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult
             yield from (CaseResult(case, None, (f"the scene: {exc}",)) for case in together)
             continue
         try:
-            yield from (_run_case(base, case) for case in together)
+            for case in together:
+                result = _run_case(base, case)
+                if overlaps is not None and case.expected.state is State.HOLDS:
+                    overlaps.add(_list_holding(base, result.verdict))
+                yield result
         finally:
             base.drop_scene(SCENE)
 
@@ -225,6 +234,18 @@ def _run_case(base: KnowledgeBase, case: Case) -> CaseResult:
     except FacetlogError as exc:
         return CaseResult(case, None, (str(exc),))
     return CaseResult(case, verdict, case.expected.problems(verdict))
+
+
+def _list_holding(base: KnowledgeBase, verdict: Verdict | None) -> list[tuple[str, str, float]]:
+    """Return what holds of the verdict's thing, if that does: itself and the built-in models."""
+    if verdict is None or verdict.state is not State.HOLDS or not base.models[verdict.model].own:
+        return []
+    found = [verdict]
+    for model, rules in base.models.items():
+        if not rules.own:
+            with suppress(LimitError):
+                found.append(base.judge(SCENE, model, verdict.thing))
+    return [(v.thing, v.model, v.degree) for v in found if v.state is State.HOLDS]
 
 
 def _find_main_thing(base: KnowledgeBase, case: Case) -> str | None:

@@ -15,7 +15,7 @@ from time import perf_counter
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.calibration import Calibration, InputKind, load_shipped_calibration
+from facetlog.kb.calibration import Calibration, load_shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.columns import decode_chunk
@@ -33,7 +33,11 @@ from facetlog.kb.engine.transport import (
     leave,
     scene_module,
 )
-from facetlog.kb.explaining.decode_verdict import decode_verdict, decode_verdicts
+from facetlog.kb.explaining.decode_verdict import (
+    decode_explained,
+    decode_verdict,
+    decode_verdicts,
+)
 from facetlog.kb.explaining.origin import Origin
 from facetlog.kb.explaining.records import decode_record
 from facetlog.kb.explaining.sight import Sight
@@ -42,7 +46,13 @@ from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.builtin_rules import BUILTIN_MODELS, builtin_rules
 from facetlog.kb.loading.encode import Fact, declarations
-from facetlog.kb.loading.loaded import LoadedScene, RuleFile, Word, decode_words
+from facetlog.kb.loading.loaded import (
+    LoadedScene,
+    RuleFile,
+    Word,
+    decode_evidence,
+    decode_words,
+)
 from facetlog.kb.loading.rule_files import RuleFiles
 from facetlog.kb.loading.scene_facts import FactMaker, SceneFacts
 
@@ -132,13 +142,7 @@ class KnowledgeBase(Closing):
             said = self.send("known_of_scene", format_prolog_term(Atom(module)))
             known = said if isinstance(said, tuple) else ()
             unit = "m" if Atom("metric") in known else None
-            surfaces = {
-                str(thing): InputKind(kind)
-                for term in known
-                if isinstance(term, Struct)
-                for kind, (thing,) in [(term.functor, term.args)]
-            }
-            scene = LoadedScene(name, module, total, unit, MappingProxyType(surfaces))
+            scene = LoadedScene(name, module, total, unit, decode_evidence(known))
             with self._lock:
                 self.send("name_scene", _format_terms("named", self._name, name, module))
                 old = self._scenes.pop(name, None)
@@ -238,10 +242,13 @@ class KnowledgeBase(Closing):
             replies = self._pool.replies("query", text, seconds=limits.seconds)
         return _read_answers(replies, goal)
 
-    def judge(self, scene: str, model: str, thing: str) -> Verdict:
-        """Return the verdict of a model on a thing of a scene: the best assignment of its parts."""
+    def judge(self, scene: str, model: str, thing: str, *, near: bool = False) -> Verdict:
+        """Return the verdict of a model on a thing of a scene: the best assignment of its parts.
+
+        With `near` its conditions have what comes nearest to their sets.
+        """
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
-        verdict = self._verdict("judge", scene, about)
+        verdict = self._verdict("judge_near" if near else "judge", scene, about)
         return self._add_confidence(verdict, scene)
 
     def why(
@@ -254,7 +261,8 @@ class KnowledgeBase(Closing):
     ) -> Verdict:
         """Return the verdict on the best assignment that agrees with `parts` (role to face).
 
-        Of one thing, or of whichever fits best; without confidence if parts are given. Raises
+        Of one thing, or of whichever fits best; without confidence if parts are given. Of a role
+        that is a set, the verdict's `asked` says whether that face belongs to it. Raises
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._build_subject_terms(model, thing, parts))
@@ -266,8 +274,8 @@ class KnowledgeBase(Closing):
         return verdict if parts else self._add_confidence(verdict, scene)
 
     def _add_confidence(self, verdict: Verdict, scene: str) -> Verdict:
-        kind = self._scene(scene).kind_of(verdict.thing)
-        return self.calibration.applied(verdict, self._model(verdict.model).judging, kind)
+        evidence = self._scene(scene).get_evidence(verdict.thing)
+        return self.calibration.apply(verdict, self._model(verdict.model).judging, evidence)
 
     def add_unseen_causes(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
         """Return the verdicts; where something was not seen, with the cause and the way out."""
@@ -289,7 +297,8 @@ class KnowledgeBase(Closing):
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._request_explanation(operation, scene, about)
-        verdict = decode_verdict(answer, length_unit=self._scene(scene).length_unit)
+        decode = decode_explained if operation == "why" else decode_verdict
+        verdict = decode(answer, length_unit=self._scene(scene).length_unit)
         rules = self._model(verdict.model)
         others = rules.rather_than.get(verdict.model, ())
         return replace(verdict, rather_than=others, own=rules.own)

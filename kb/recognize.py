@@ -27,6 +27,9 @@ __all__ = [
 
 _LOG = logging.getLogger(__name__)
 
+NEAR_MISSES = 3
+"""Verdicts of a scene that say what comes nearest to their sets: as many as a reader looks at."""
+
 
 def list_rule_files(folder: Path) -> tuple[Path, ...]:
     """Return the model files of a folder, in the model language or in Prolog, in alphabetical
@@ -98,18 +101,36 @@ def judge_scene(
         base.drop_scene(name)
 
 
-def judge_loaded_scene(base: KnowledgeBase, name: str) -> Recognition:
-    """Return the verdicts on a loaded scene; where something was not seen, with the cause."""
+def judge_loaded_scene(base: KnowledgeBase, name: str, *, near: bool = False) -> Recognition:
+    """Return the verdicts on a loaded scene; where something was not seen, with the cause.
+
+    With `near` the first near misses have what comes nearest to their sets.
+    """
     with base.query("thing(T)", scenes=(name,)) as answers:
         things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
     verdicts = [_judged(base, name, model, thing) for thing in things for model in base.models]
+    if near:
+        verdicts = _add_near(base, name, verdicts)
     return Recognition(name, base.add_unseen_causes(verdicts, name))
 
 
-def _judged(base: KnowledgeBase, scene: str, model: str, thing: str) -> Verdict:
+def _add_near(base: KnowledgeBase, scene: str, verdicts: Sequence[Verdict]) -> list[Verdict]:
+    """Return the verdicts; those that come nearest to holding have what comes nearest to sets."""
+    misses = [v for v in verdicts if v.state is not State.HOLDS and v.conditions]
+    misses.sort(key=lambda v: -len(v.list_conditions_in_state(State.HOLDS)) / len(v.conditions))
+    near = {
+        (v.model, v.thing): _judged(base, scene, v.model, v.thing, near=True)
+        for v in misses[:NEAR_MISSES]
+    }
+    return [near.get((v.model, v.thing), v) for v in verdicts]
+
+
+def _judged(
+    base: KnowledgeBase, scene: str, model: str, thing: str, *, near: bool = False
+) -> Verdict:
     """Return the verdict of a model on a thing; beyond a limit unknown, with a logged warning."""
     try:
-        return base.judge(scene, model, thing)
+        return base.judge(scene, model, thing, near=near)
     except LimitError as exc:
         _LOG.warning("%s: %s", scene, too_large([model], thing, str(exc)))
         return Verdict(model, thing, State.UNKNOWN, 0.0, 1.0, (), (), ())

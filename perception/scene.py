@@ -39,6 +39,8 @@ __all__ = [
     "Scene",
     "SeenLattice",
     "SightLines",
+    "SolidPiece",
+    "Solids",
     "Vertex",
 ]
 
@@ -172,19 +174,59 @@ class Patch:
         object.__setattr__(self, "areas", frozen(self.areas, count))
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class SolidPiece:
+    """A solid part of a body, as exact as the surface that it was cut from.
+
+    `corners` (n, 3) are those of its convex hull; unit `axes` (3, 3) the directions of its length,
+    width and thickness, as rows. `round` is the share of its section's outline that is curved,
+    0..1: 1 for a wheel, whatever its flat sides. `faces` are indices of faces mostly its own.
+    """
+
+    corners: Vectors3
+    axes: Annotated[FloatArray, ArrayShape(3, 3)]
+    round: Share = 0.0
+    faces: tuple[Index, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.corners) < 4:
+            raise ValueError("a solid piece has at least four corners")
+        object.__setattr__(self, "corners", frozen(self.corners, len(self.corners), 3))
+        object.__setattr__(self, "axes", frozen(self.axes, 3, 3))
+
+
+@dataclass(frozen=True, slots=True)
+class Solids:
+    """The solid pieces of a body, the largest first.
+
+    `joins` are pairs of them (indices) that touch. `explained` is the share of the body's volume
+    that they fill together, 0..1.
+    """
+
+    pieces: tuple[SolidPiece, ...]
+    joins: tuple[tuple[Index, Index], ...]
+    explained: Share
+
+    def __post_init__(self) -> None:
+        if any(not 0 <= i < len(self.pieces) for pair in self.joins for i in pair):
+            raise ValueError("two solid pieces join of which one does not exist")
+
+
 @dataclass(frozen=True, slots=True)
 class Body:
     """One object, told apart where the scene was read: indices of its faces, edges and patches.
 
     `whole` says that it was read from what has surface on every side, as a mesh has: where there is
     no surface, there is nothing, unless its space turns out to be open behind what there is.
-    Otherwise it may go on where nobody looked.
+    Otherwise it may go on where nobody looked. `solids` are its pieces where the file has a closed
+    surface; else they are found from its faces and patches.
     """
 
     faces: tuple[Index, ...] = ()
     edges: tuple[Index, ...] = ()
     patches: tuple[Index, ...] = ()
     whole: bool = False
+    solids: Solids | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -318,6 +360,10 @@ class Scene:
         self._check_sights()
 
     def _check_bodies(self) -> None:
+        solids = (body.solids for body in self.bodies if body.solids is not None)
+        named = [face for each in solids for piece in each.pieces for face in piece.faces]
+        if any(not 0 <= face < len(self.faces) for face in named):
+            raise ValueError("a solid piece names a face that the scene does not have")
         for kind, parts in (("face", self.faces), ("edge", self.edges), ("patch", self.patches)):
             plural = "patches" if kind == "patch" else f"{kind}s"
             named = [i for body in self.bodies for i in getattr(body, plural)]

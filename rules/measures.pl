@@ -71,6 +71,7 @@ measure(footprint(T), V, Sd, area)      :- fact(footprint(T, V, Sd)).
 measure(solidity(T), V, Sd, ratio)      :- fact(solidity(T, V, Sd)).
 measure(hollow_side(T), V, Sd, ratio)  :- fact(hollow_side(T, V, Sd)).
 measure(curved(T), V, 0, ratio)         :- fact(curved(T, V)).
+measure(explained(T), V, 0, ratio)      :- fact(explained(T, V)).
 measure(shelves_below(F), V, 0, count)  :- fact(shelves_below(F, V)).
 measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
 measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).

@@ -71,6 +71,7 @@ tolerance(reaches, 0.15).   % of a height: how short of an end still counts as t
 tolerance(board,   0.20).   % of a height: how thick a board on legs may be
 tolerance(alike,   0.05).   % of a size: congruent faces may differ by so much
 tolerance(thin,    0.35).   % of a piece's width: a board is no thicker
+tolerance(explained, 0.99). % of a thing's volume: so much pieces fill that are all it has
 tolerance(slender, 0.35).   % of a piece's length: a bar is no wider
 tolerance(shape,   0.10).   % of these two: over so much to either side a shape is in doubt
 tolerance(touch,   3).      % deviations: a gap of so few is none, as perception takes it for contacts
@@ -441,6 +442,7 @@ means(closes(Side, Face),
             at_least(fill(Side), 0.5),
             at_least(share(Side), 0.5) ])).
 % Pieces
+means(pieces_known(T), at_least(explained(T), Share)) :- tolerance(explained, Share).
 means(board(P), soft(at_most(thickness(P)/piece_width(P), Share), Fade)) :-
     tolerance(thin, Share),
     tolerance(shape, Fade).
@@ -457,8 +459,9 @@ means(block(P),
 means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limit).
 means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
 means(piece_parallel(P, Q, Tol), at_most(piece_angle(P, Q), Tol)).
-means(piece_above(P, Q), at_least(piece_elevation(P), piece_elevation(Q))).
-means(piece_below(P, Q), at_most(piece_elevation(P), piece_elevation(Q))).
+%   Solids have a height: those side by side are neither above nor below one another.
+means(piece_above(P, Q), at_least(piece_elevation(P), piece_top_of(Q))).
+means(piece_below(P, Q), at_most(piece_elevation(P), piece_bottom_of(Q))).
 % Openings
-means(opening_above(P, Q), at_least(opening_elevation(P), opening_elevation(Q))).
-means(opening_below(P, Q), at_most(opening_elevation(P), opening_elevation(Q))).
+means(opening_above(P, Q), at_least(opening_elevation(P), opening_top_of(Q))).
+means(opening_below(P, Q), at_most(opening_elevation(P), opening_bottom_of(Q))).

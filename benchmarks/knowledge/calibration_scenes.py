@@ -1,8 +1,10 @@
 """Scenes of things of known kind: their facts, kept from run to run, and the truth.
 
-Tours of pictures are rendered and reconstructed; shapes are the labelled meshes and scans of
-FACETLOG_DATA, the half that rules are developed on. Facts are kept by the content of all that they
-follow from: the world and the seed of the pictures' noise, or the shape's file, and the code.
+Tours of pictures are rendered and reconstructed, from many views and from few; shapes are the
+labelled meshes and scans of FACETLOG_DATA, both halves (a confidence is what strangers will see,
+and no rule is developed on it); pictures are its path-traced sets of the same shapes. Facts are
+kept by the content of all that they follow from: the world and the seed of the pictures' noise, or
+the files, and the code.
 """
 
 import gzip
@@ -11,7 +13,7 @@ import json
 import os
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -19,13 +21,14 @@ from types import MappingProxyType
 import numpy as np
 
 import facetlog
+from benchmarks.common import hash_tree
 from benchmarks.pictures.recognition import in_metres, tour_views
-from benchmarks.shapes.shape_judging import LISTED_APART, PERHAPS_BOXES, Task, is_held_out, scene_of
+from benchmarks.shapes.shape_judging import LISTED_APART, PERHAPS_BOXES, Task, scene_of
 from facetlog.batch.labels import read_labels
 from facetlog.errors import FacetlogError
-from facetlog.kb.calibration import InputKind
 from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import reconstruct_views
 from facetlog.robot.rendering.world import World
@@ -116,7 +119,11 @@ ROBOT_CODE = (
     "tour.py",
     "tour.csv",
 )
-TOUR = "tour of "
+TOUR = "tours: "
+TOUR_STRIDES = (1, 2, 4)
+"""Each nth view of a tour of 24 is used, by the seed: from many views, some and few."""
+PICTURE_STRIDES = (1, 3)
+"""The same of a set of 16 pictures."""
 # What of perception has no part in a reconstruction.
 APART = frozenset(
     {
@@ -145,14 +152,6 @@ class LabelledScene:
     thing: str | None
     fault: str = ""
 
-    @property
-    def kind(self) -> InputKind:
-        """How the main thing was measured."""
-        for kind in (InputKind.WHOLE, InputKind.SCANNED):
-            if (kind.value, self.thing) in self.facts:
-                return kind
-        return InputKind.PICTURES
-
 
 def get_world_truth(world: str, model: str) -> bool | None:
     """Return whether the main thing of the world is what the model describes; None where that is
@@ -172,7 +171,7 @@ def truth(scene: LabelledScene, model: str) -> bool | None:
 
 def load_tour_scene(name: str, seed: int) -> LabelledScene:
     """Return the scene of the paper's tour through a world, rendered and reconstructed if it is
-    new.
+    new; from each view, each second or each fourth, by the seed.
 
     Lengths are those of the real thing, in metres, where the world is a model of one.
     """
@@ -182,11 +181,11 @@ def load_tour_scene(name: str, seed: int) -> LabelledScene:
 
 
 def iter_shape_scenes(folder: Path) -> Iterator[LabelledScene]:
-    """Yield the scenes of a folder's labelled shapes, as many as rules are developed on."""
+    """Yield the scenes of a folder's labelled shapes."""
     for label in read_labels(folder / "labels.csv").values():
         path = Path(label.file)
         name = path.relative_to(folder).as_posix()
-        if is_held_out(name) or label.label == WHOLE_ROOMS:
+        if label.label == WHOLE_ROOMS:
             continue
         task = Task.of_file(label, name)
         total = hashlib.sha256(_code(frozenset()).encode() + path.read_bytes())
@@ -194,6 +193,32 @@ def iter_shape_scenes(folder: Path) -> Iterator[LabelledScene]:
         key = f"{name.replace('/', '-')}-{total.hexdigest()[:16]}"
         facts, fault = _kept(key, partial(_shape_facts, task))
         yield LabelledScene(label.label, name.split("/")[0], facts, find_main_thing(facts), fault)
+
+
+def iter_picture_scenes(folder: Path) -> Iterator[LabelledScene]:
+    """Yield the scenes of a folder's sets of pictures, from all of a set and from some.
+
+    Their source is the collection that the mesh is from: what it shows is alike.
+    """
+    for path in sorted(folder.glob("*/ground_truth.json")):
+        known = json.loads(path.read_text(encoding="utf-8"))
+        for stride in PICTURE_STRIDES:
+            about = (hash_tree(path.parent), stride, _code(frozenset()))
+            digest = hashlib.sha256(repr(about).encode()).hexdigest()[:16]
+            make = partial(_picture_facts, path.parent, stride)
+            facts, fault = _kept(f"set-{path.parent.name}-{stride}-{digest}", make)
+            source = str(known["mesh"]).split("/")[0]
+            yield LabelledScene(known["label"], source, facts, find_thing_at_origin(facts), fault)
+
+
+def _picture_facts(folder: Path, stride: int) -> tuple[tuple[Fact, ...], str]:
+    views = read_views(folder)
+    used = replace(views, views=views.views[::stride])
+    try:
+        scene = reconstruct_views(used, clock=StepClock())
+    except FacetlogError as exc:
+        return (), type(exc).__name__
+    return tuple(fact.row for fact in scene_facts(scene)), ""
 
 
 def _shape_facts(task: Task) -> tuple[tuple[Fact, ...], str]:
@@ -239,9 +264,35 @@ def find_main_thing(facts: Iterable[Fact]) -> str | None:
     return min(things, key=lambda t: (-things[t], t), default=None)
 
 
+def find_thing_at_origin(facts: Iterable[Fact]) -> str | None:
+    """Return the thing whose corners lie round the origin most closely: where sets of pictures have
+    what they show."""
+    points, owner, faces = {}, {}, defaultdict(list)
+    for functor, *arguments in facts:
+        match functor, arguments:
+            case "point", [str(vertex), *xyz]:
+                points[vertex] = np.array(xyz, dtype=float)
+            case "part_of", [str(face), str(thing)]:
+                owner[face] = thing
+            case "corner", [str(face), _, str(vertex)]:
+                faces[face].append(vertex)
+    corners: defaultdict[str, list[np.ndarray]] = defaultdict(list)
+    for face, vertices in faces.items():
+        if face in owner:
+            corners[owner[face]] += [points[v] for v in vertices]
+
+    def away(thing: str) -> tuple[float, float]:
+        low, high = np.min(corners[thing], axis=0)[:2], np.max(corners[thing], axis=0)[:2]
+        outside = np.maximum(0.0, np.maximum(low, -high))
+        return float(np.hypot(*outside)), float(np.hypot(*(low + high))) / 2
+
+    return min(sorted(corners), key=away, default=None)
+
+
 def _facts(world: World, seed: int) -> tuple[tuple[Fact, ...], str]:
+    used = tour_views(world, seed)[:: TOUR_STRIDES[seed % len(TOUR_STRIDES)]]
     try:
-        views = in_metres(f"{world.name}-{seed}", tour_views(world, seed), world.model_scale)
+        views = in_metres(f"{world.name}-{seed}", used, world.model_scale)
         scene = reconstruct_views(views, clock=StepClock())
     except FacetlogError as exc:
         return (), type(exc).__name__
@@ -259,7 +310,7 @@ def _key(world: World, seed: int) -> str:
         total.update(np.ascontiguousarray(solid.vertices).tobytes())
         total.update(repr((solid.faces, solid.albedo, solid.prints, solid.curved)).encode())
     light = (world.background, world.ambient, world.sided, world.exposure, world.model_scale)
-    total.update(repr((world.floor, world.sun.tolist(), light, seed)).encode())
+    total.update(repr((world.floor, world.sun.tolist(), light, seed, TOUR_STRIDES)).encode())
     return total.hexdigest()[:16]
 
 

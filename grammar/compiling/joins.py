@@ -451,8 +451,8 @@ _LARGEST = {PIECE: "largest_pieces", OPENING: "largest_openings"}
 class _Choices:
     """The goals that propose pieces, or openings, one part after the other, none twice.
 
-    Of a thing that is known from all sides all pieces are known: the largest are its nearest
-    misses, however they lie. Of another only what may lie as the part does is proposed: any other
+    Of a thing whose pieces are all known the largest are its nearest misses, however they lie. Of
+    another only what may lie as the part does is proposed: any other
     is no bad one, for the part may be where nobody looked.
     """
 
@@ -469,11 +469,13 @@ class _Choices:
         free = self._all
         if tests:
             free = writer.names.fresh(f"{variable.name}_fitting")
-            lies = Struct("->;", (_WHOLE, Atom("true"), Struct("possible", (join_goals(tests),))))
+            lies = Struct(
+                "->;", (_ALL_KNOWN, Atom("true"), Struct("possible", (join_goals(tests),)))
+            )
             fitting = Struct(",", (Struct("member", (variable, self._all)), lies))
             self.goals.append(Struct("findall", (variable, fitting, free)))
         self.goals.append(Struct("piece_choice", (free, count, tuple(self._taken), variable)))
         self._taken.append(variable)
 
 
-_WHOLE = Struct("holds", (Struct("whole", (Var("Thing"),)),))
+_ALL_KNOWN = Struct("holds", (Struct("pieces_known", (Var("Thing"),)),))

@@ -438,7 +438,7 @@ class MeasureWriter:
 
 
 _NO_MORE: Mapping[Kinds, Struct] = {
-    PIECE: Struct("whole", (Var("Thing"),)),
+    PIECE: Struct("pieces_known", (Var("Thing"),)),
     OPENING: Struct("openings_known", (Var("Thing"),)),
 }
 """Kinds of parts of which all may be known, with the test that says so. Faces are not among them: a

@@ -42,9 +42,10 @@ def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
 
     Of one thing a special case comes before what it is a special case of; then a model before those
     that it says to go before (`rather than`), where its degree is above one half; then users' own
-    models before built-in ones. All else goes by degree, where a verdict counts for as much as
-    those that come after it for these reasons. Of equals the earlier one comes first: verdicts are
-    in the order of things in the scene, then of models as loaded, the built-in ones first.
+    models before built-in ones, also those of other things. All else goes by degree, where a
+    verdict counts for as much as those that come after it for these reasons. Of equals the earlier
+    one comes first: verdicts are in the order of things in the scene, then of models as loaded, the
+    built-in ones first.
     """
     holding = [v for v in verdicts if v.state is State.HOLDS]
     of_thing: dict[str, list[int]] = defaultdict(list)
@@ -54,9 +55,11 @@ def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
     for some in of_thing.values():
         later |= _find_later(holding, some)
 
-    def key(at: int) -> tuple[float, int, float]:
-        degrees = [round(holding[i].degree, DEGREE_DIGITS) for i in (at, *later[at])]
-        return -max(degrees), -len(later[at]), -degrees[0]
+    def key(at: int) -> tuple[bool, float, int, float]:
+        chain = (at, *later[at])
+        degrees = [round(holding[i].degree, DEGREE_DIGITS) for i in chain]
+        is_own = any(holding[i].own for i in chain)
+        return not is_own, -max(degrees), -len(later[at]), -degrees[0]
 
     return [holding[at] for at in sorted(range(len(holding)), key=key)]
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from facetlog.kb.engine.terms import Atom, Struct, Term
+from facetlog.kb.explaining.near import AskedMember
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
 from facetlog.kb.explaining.records import decode_record, unreadable
 from facetlog.kb.explaining.verdict import Part, Verdict
@@ -16,7 +17,7 @@ from facetlog.kb.explaining.wording import (
     readable,
 )
 
-__all__ = ["decode_verdict", "decode_verdicts"]
+__all__ = ["decode_explained", "decode_verdict", "decode_verdicts"]
 
 
 def decode_verdicts(term: Term, *, length_unit: str | None) -> tuple[Verdict, ...]:
@@ -30,6 +31,15 @@ def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
     """Return the verdict of verdict/10 of judge.pl. Raise EngineError if it cannot be read."""
     verdict: Verdict = decode_record(term, Verdict, {Part: _part, Proof: _decode_proof})
     return replace(verdict, length_unit=length_unit)
+
+
+def decode_explained(term: Term, *, length_unit: str | None) -> Verdict:
+    """Return the verdict of explained/2 of near_miss.pl, with what was asked of members of sets."""
+    match term:
+        case Struct("explained", (verdict, asked)):
+            members = decode_record(asked, tuple[AskedMember, ...], {Proof: _decode_proof})
+            return replace(decode_verdict(verdict, length_unit=length_unit), asked=members)
+    raise unreadable(term)
 
 
 def _part(term: Term) -> Part:

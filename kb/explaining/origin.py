@@ -1,16 +1,20 @@
 """Where a name or fact of a scene comes from: down to vertices, and to pixels of pictures."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, TypeAlias
 
 from facetlog.kb.explaining.amounts import (
+    PERCENT,
     amount,
     deviation,
     format_lengths,
     format_with_unit,
     measured,
 )
+from facetlog.kb.explaining.measure_words import describe_ratio
+from facetlog.kb.explaining.verdict_text import CERTAIN
 from facetlog.perception.facts.fact_schema import FACT_KINDS, ArgumentKind, FactKind, Value
 
 __all__ = [
@@ -161,6 +165,31 @@ class EdgeOrigin(_Named):
 
 
 @dataclass(frozen=True, slots=True)
+class PieceShare:
+    """A side of a piece as a share of another, and the limit between two shapes."""
+
+    measure: str
+    value: float
+    limit: float
+
+
+@dataclass(frozen=True, slots=True)
+class PieceShape:
+    """Board, bar or block, how surely, and the shares that this rests on."""
+
+    name: str
+    degree: float
+    shares: tuple[PieceShare, ...]
+
+    def __str__(self) -> str:
+        nearest = min(self.shares, key=lambda share: abs(share.value - share.limit))
+        side, whole = (re.sub(r"\(\w+\)", "", text) for text in describe_ratio(nearest.measure))
+        share, limit = (f"{amount(PERCENT.of(x))} %" for x in (nearest.value, nearest.limit))
+        sure = "" if self.degree >= CERTAIN else f" to {self.degree:.0%}"
+        return f"a {self.name}{sure} ({side} {share}{whole}, limit {limit})"
+
+
+@dataclass(frozen=True, slots=True)
 class PieceOrigin(_Named):
     """A piece: its thing, the sides of its least box, longest first, and the faces of its own.
 
@@ -177,6 +206,7 @@ class PieceOrigin(_Named):
     is_measured: bool
     curved_share: float
     faces: tuple[FaceOrigin, ...]
+    shape: PieceShape | None = None
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
         """Return the piece, then its faces; of one without a face that it is curved all over."""
@@ -187,7 +217,7 @@ class PieceOrigin(_Named):
         said += _iter_height_texts(self.heights, length_unit)
         if self.curved_share > 0.0:
             said.append(f"{self.curved_share:.0%} of its surface curved")
-        yield f"{self.name}: a piece, {', '.join(said)}"
+        yield f"{self.name}: {self.shape or 'a piece'}, {', '.join(said)}"
         yield from _iter_item_lines(self.faces, "face", full=full, length_unit=length_unit)
 
 

@@ -308,6 +308,22 @@ class Proof:
         """How it was decided, as kb/prolog/explaining/prove.pl names it; empty of comparisons."""
         return self.detail.name if isinstance(self.detail, Note) else ""
 
+    @property
+    def comparison(self) -> Comparison | None:
+        """The measured value that decides this step, if one does: also that of a shape."""
+        if isinstance(self.detail, Comparison):
+            return self.detail
+        if not self.other_shape:
+            return None
+        shares = tuple(self.comparisons())
+        is_by_thickness = len(shares) == 1 or self.other_shape == "board"
+        return shares[0 if is_by_thickness else -1]
+
+    @property
+    def other_shape(self) -> str:
+        """The shape of a piece that is not of the one that is wanted; empty of other steps."""
+        return self.detail.about if isinstance(self.detail, Note) and self.name == "short" else ""
+
     def comparisons(self) -> Iterator[Comparison]:
         """Return all measured values that the proof rests on, in order."""
         if isinstance(self.detail, Comparison):
@@ -367,11 +383,23 @@ class Proof:
             )
         if self.name == "any" and not self.children:
             return "nothing was found that could be it", "there is none"
+        if self.other_shape:
+            return self._shape_sentences()
         words = self.detail.words or _JOINED.get(self.detail.name, self.test)
         if self.name == "counted":
             # What comes next or decides, and whether there may be more, stand behind.
             return words, words.partition(";")[0], words.partition(", but")[0]
         return (f"{words}, because {self.detail.cause}", words) if self.detail.cause else (words,)
+
+    def _shape_sentences(self) -> tuple[str, ...]:
+        """Return that a piece is of another shape, by how much, and the limit."""
+        wanted, _, piece = self.test.rstrip(")").partition("(")
+        said = f"{piece} is no {wanted}: it is a {self.other_shape}"
+        if self.comparison is None:
+            return (said,)
+        share = self.comparison.text(None, with_sd=False).replace(f"({piece})", "")
+        limit = amount(PERCENT.of(self.comparison.within.limits[0]))
+        return f"{said} ({share.replace(' =', '')}, limit {limit} %)", said
 
     def to_json(self) -> dict[str, Any]:
         """Return the tree as plain data."""

@@ -42,8 +42,8 @@ class Reason:
     def to_json(self, length_unit: str | None, *, measured: bool = True) -> dict[str, Any]:
         """Return the reason as plain data, with its numbers if `measured`; lengths as they are
         measured, whatever the text has them in."""
-        detail = self.step.detail
-        numbers = detail.to_json() if measured and isinstance(detail, Comparison) else {}
+        comparison = self.step.comparison
+        numbers = comparison.to_json() if measured and comparison is not None else {}
         text = self.texts(length_unit)[0]
         return {"text": text, "state": self.step.state.value, "more": self.more, **numbers}
 
@@ -84,6 +84,8 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
 
     same = tuple(child for child in proof.children if child.state is proof.state)
     match proof.name:
+        case "short" if proof.other_shape:
+            return (_Step(proof, is_wanted),)
         case "all" | "short" if proof.state is State.HOLDS:
             return tuple(step for child in same for step in of(child))
         case "all" | "short" if same:
@@ -156,6 +158,6 @@ def _build_meaning_key(proof: Proof) -> object:
 
 def _measure_step_nearness(proof: Proof) -> tuple[bool, Nearness]:
     """Return the key that sorts steps nearest to their limits first, those without one last."""
-    if isinstance(proof.detail, Comparison):
-        return False, proof.detail.nearness
+    if proof.comparison is not None:
+        return False, proof.comparison.nearness
     return True, (True, 0.0)

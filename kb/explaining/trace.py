@@ -15,6 +15,8 @@ HOLDING_SHOWN = 6
 
 def describe_first_reason(proof: Proof, length_unit: str | None = None) -> str:
     """Return the first reason for the state, in words."""
+    if proof.other_shape:
+        return proof.sentence(length_unit)
     if proof.name == "not" and proof.children:
         reason = describe_first_reason(proof.children[0], length_unit)
         return f"{reason}, which should not be" if proof.state is State.FAILS else reason
@@ -49,11 +51,14 @@ def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
     Of alternatives that hold, those that do not are left out as well: they are no reason. Nor
     are more than a few of many steps that hold written out, nor anything twice.
     """
-    if proof.name == "not" and not proof.children[0].children:
+    if proof.name == "not" and (proof.children[0].other_shape or not proof.children[0].children):
         yield Step(depth, f"{MARKS[proof.state]} {describe_first_reason(proof, length_unit)}")
         return
     if proof.name == "implies":
         yield from _iter_implication_steps(proof, length_unit, depth)
+        return
+    if proof.other_shape:
+        yield Step(depth, f"{MARKS[proof.state]} {proof.sentence(length_unit)}")
         return
     joins = _joins(proof)
     if not joins:

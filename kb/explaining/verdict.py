@@ -5,7 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from facetlog.kb.confidence import Confidence
 from facetlog.kb.explaining.best_first import best_first
+from facetlog.kb.explaining.near import AskedMember, NearMember, list_nearest
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.unseen import Unseen
@@ -57,7 +59,8 @@ class Condition:
     """One line of a model: its label, the author's reason, and the proof of it.
 
     `text` is the line as the author wrote it and `place` where it stands ('table.model:9'); both
-    are empty where the file does not say.
+    are empty where the file does not say. `near` is what comes nearest to its sets, the nearest
+    first, where somebody asked why it does not hold.
     """
 
     label: str
@@ -65,6 +68,7 @@ class Condition:
     proof: Proof
     place: str = ""
     text: str = ""
+    near: tuple[NearMember, ...] = field(default=(), compare=False)
 
     @property
     def said(self) -> str:
@@ -87,6 +91,12 @@ class Condition:
         step = None if found is None else found.step.detail
         return not (isinstance(step, Note) and step.cause in LOOKING_SETTLES_NOT)
 
+    @property
+    def nearest(self) -> tuple[NearMember, ...]:
+        """Near misses of its sets, if it is one of these that decides."""
+        found = reason(self.proof)
+        return self.near if found is not None and found.step.name in ("counted", "any") else ()
+
     def to_json(
         self, length_unit: str | None, *, full: bool = False, measured: bool = True
     ) -> dict[str, Any]:
@@ -101,8 +111,12 @@ class Condition:
             "state": self.proof.state.value,
             "degree": [self.proof.low, self.proof.high],
             "because": None if found is None else found.to_json(length_unit, measured=measured),
+            **({"nearest": nearest} if (nearest := self._nearest_to_json(length_unit)) else {}),
             **({"proof": self.proof.to_json()} if full else {}),
         }
+
+    def _nearest_to_json(self, length_unit: str | None) -> list[dict[str, Any]]:
+        return [near.to_json(length_unit) for near in list_nearest(self.nearest)]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -139,15 +153,17 @@ class Verdict:
     """The models whose names stand after this one's where both hold (best_first.py)."""
     own: bool = field(default=False, compare=False)
     """Whether the model is from a user's file, not a built-in one."""
-    confidence: float | None = field(default=None, compare=False)
+    confidence: Confidence = field(default=Confidence(), compare=False)
     """How often the model was right of labelled things that were measured likewise, where it gave
-    such a verdict (calibration.py); None of a verdict on no thing, of parts that were given, and
-    where nothing is calibrated."""
+    such a verdict (calibration.py); without a value of a verdict on no thing, of parts that were
+    given, and where no cases were counted."""
     assumed: float = field(default=0.0, compare=False)
     """Share of the thing's space that was not seen and counts as full, 0..1, if asked for."""
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
     """Why parts may have been missed and from where they could be seen, if someone asked why it
     does not hold."""
+    asked: tuple[AskedMember, ...] = field(default=(), compare=False)
+    """What was asked of the members of sets."""
 
     def __repr__(self) -> str:
         # With its proof it would fill pages.
@@ -156,7 +172,8 @@ class Verdict:
     @property
     def sure(self) -> float:
         """How sure it is that it holds: the confidence, or the degree where there is none."""
-        return self.degree if self.confidence is None else self.confidence
+        value = self.confidence.value
+        return self.degree if value is None else value
 
     @property
     def angles(self) -> tuple[Comparison, ...]:
@@ -222,7 +239,7 @@ class Verdict:
             "degree": self.degree,
             "degree_at_most": self.degree_at_most,
             "specialises": list(self.specialises),
-            "confidence": self.confidence,
+            **self.confidence.to_json(),
             "summary": self.summary,
             "parts": {part.role: list(part.faces) for part in self.parts},
             "sizes": {s.name: {"value": s.value, "sd": s.sd, "measure": s.measure} for s in sizes},
@@ -238,9 +255,13 @@ class Verdict:
                 )
                 for c in self.conditions
             ],
+            **({"asked": asked} if (asked := self._asked_to_json()) else {}),
             **({"assumed": self.assumed} if self.assumed else {}),
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
+
+    def _asked_to_json(self) -> list[dict[str, Any]]:
+        return [member.to_json(self.length_unit) for member in self.asked]
 
     def _iter_least_shortfalls(self) -> Iterator[dict[str, Any]]:
         """Yield the shortfalls of each condition: the least of each measure, and each once."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from facetlog.kb.explaining.amounts import choose_unit_for, deviation, measured
 from facetlog.kb.explaining.margins import margin
 from facetlog.kb.explaining.measure_words import describe_height, replace_faces_by_roles
+from facetlog.kb.explaining.near import format_nearest
 from facetlog.kb.explaining.proof import MARKS, Comparison, Nearness, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
@@ -23,6 +24,7 @@ __all__ = [
     "NO_MODEL",
     "WIDTH",
     "format_holding",
+    "format_origin",
     "format_parts",
     "format_sizes",
     "format_summary_line",
@@ -75,7 +77,8 @@ def _list_summaries(verdict: "Verdict") -> tuple[str, ...]:
     if verdict.state is State.HOLDS:
         which = listed(tuple(map(add_article, verdict.specialises)))
         general = f", which is {which}" if verdict.specialises else ""
-        said, sure = f"{verdict.thing} is {one}", f"({verdict.sure:.0%})"
+        said = f"{verdict.thing} is {one}"
+        sure = f"({verdict.confidence.format(verdict.degree)})"
         return f"{said}{general} {sure}", f"{said} {sure}"
     if verdict.state is State.UNKNOWN:
         head = f"{verdict.thing}: {verdict.model} is unknown"
@@ -132,12 +135,20 @@ def _list_reason_groups(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
 def iter_verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
     """Return the verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
 
+    Where members of sets are asked about, these come first, and of the rest only its first lines.
     Conditions that hold because they do not apply to such a thing are counted. Where the verdict
     does not hold, all that hold are.
     """
+    for member in verdict.asked:
+        yield _choose_fitting_text(member.texts(verdict.length_unit))
+        yield from (f"  {line}" for line in trace(member.proof, verdict.length_unit))
     yield summary(verdict) if full else format_summary_line(verdict)
+    if verdict.state is State.HOLDS and (origin := format_origin(verdict)):
+        yield from _wrap_line(f"  {origin}")
     if verdict.parts:
         yield from _iter_part_lines(verdict, full=full)
+    if verdict.asked and not full:
+        return
     if verdict.sizes:
         yield from _sizes(verdict)
     if full:
@@ -210,11 +221,13 @@ def _iter_conditions(lines: "Iterable[Condition]", length_unit: str | None) -> I
         if texts in given:
             yield _format_condition(line, ("for the same reason",))
         else:
-            yield from _iter_condition_lines(line, texts)
+            yield from _iter_condition_lines(line, texts, length_unit)
         given.add(texts)
 
 
-def _iter_condition_lines(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
+def _iter_condition_lines(
+    line: "Condition", texts: tuple[str, ...], length_unit: str | None
+) -> Iterator[str]:
     """Return the condition and the reason for its state: the whole of one that fails, is open, or
     compares a measure with limits, which may take a line of its own."""
     found = reason(line.proof)
@@ -228,6 +241,9 @@ def _iter_condition_lines(line: "Condition", texts: tuple[str, ...]) -> Iterator
     else:
         yield _format_condition(line, ())
         yield _choose_fitting_text(f"      {text}" for text in texts)
+    nearest = format_nearest(line.nearest, length_unit)
+    if nearest:
+        yield _choose_fitting_text(f"      {text}" for text in nearest)
 
 
 def _open_because(line: "Condition", cause: str) -> bool:
@@ -303,6 +319,15 @@ def _is_lapsed(line: "Condition") -> bool:
 def _list_reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]:
     found = reason(line.proof)
     return ("it does not apply to such a thing",) if found is None else found.texts(length_unit)
+
+
+def format_origin(verdict: "Verdict") -> str:
+    """Return where the confidence comes from, or why there is none; empty where none was asked
+    for."""
+    confidence = verdict.confidence
+    if confidence.value is not None:
+        return f"confidence: {confidence.origin}"
+    return f"no confidence: {confidence.reason}" if confidence.reason else ""
 
 
 def format_parts(verdict: "Verdict") -> str:

@@ -1,15 +1,16 @@
 """Loaded scenes, rule files and words."""
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from facetlog.kb.calibration import InputKind
-from facetlog.kb.engine.terms import Term
+from facetlog.kb.calibration import Evidence, InputKind, make_evidence
+from facetlog.kb.engine.terms import Struct, Term
 from facetlog.kb.explaining.records import decode_record
 
-__all__ = ["LoadedScene", "RuleFile", "Word", "decode_rule_file", "decode_words"]
+__all__ = ["LoadedScene", "RuleFile", "Word", "decode_evidence", "decode_rule_file", "decode_words"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,19 +41,38 @@ class LoadedScene:
     """A scene whose facts are in the knowledge base.
 
     `facts` is how many there are; `length_unit` is 'm', or None where the scale is not known.
-    `surfaces` says how things were measured that are known from a mesh or a cloud; all others were
-    found in pictures.
+    `evidence` says how each thing was measured.
     """
 
     name: str
     module: str
     facts: int
     length_unit: str | None
-    surfaces: Mapping[str, InputKind]
+    evidence: Mapping[str, Evidence]
 
-    def kind_of(self, thing: str) -> InputKind:
-        """Return how a thing was measured."""
-        return self.surfaces.get(thing, InputKind.PICTURES)
+    def get_evidence(self, thing: str) -> Evidence:
+        """Return how a thing was measured; of no thing as one in no picture."""
+        return self.evidence.get(thing, Evidence(InputKind.PICTURES))
+
+
+def decode_evidence(known: Iterable[Term]) -> Mapping[str, Evidence]:
+    """Return how each thing was measured, as known_of_scene/2 of bridge.pl tells it."""
+    about: dict[str, list[tuple[Term, ...]]] = defaultdict(list)
+    for term in known:
+        if isinstance(term, Struct):
+            about[term.functor].append(term.args)
+    views = next((int(str(count)) for (count,) in about["views"]), 0)
+    surfaces = {
+        str(thing): kind
+        for kind in (InputKind.WHOLE, InputKind.SCANNED)
+        for (thing,) in about[kind.value]
+    }
+    return MappingProxyType(
+        {
+            str(thing): make_evidence(surfaces.get(str(thing)), views, float(str(share)))
+            for thing, share in about["seen"]
+        }
+    )
 
 
 def decode_rule_file(term: Term, path: Path, files: tuple[Path, ...]) -> RuleFile:

@@ -34,6 +34,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
+:- use_module(facetlog_kb(members)).
 :- use_module(facetlog_kb(origin)).
 :- use_module(facetlog_kb(sight)).
 :- use_module(facetlog_kb(ask)).
@@ -178,9 +179,12 @@ result("forget_base", Text, true) :-
     unname_models(Base, _).
 result("judge", Text, Verdict) :-
     explained(Text, judge(Module, Model, Thing), judge(Module, Model, Thing, Verdict)).
-result("why", Text, Verdict) :-
+result("judge_near", Text, Verdict) :-
+    explained(Text, judge_near(Module, Model, Thing),
+              ( judge(Module, Model, Thing, Verdict0), add_near(Module, Verdict0, Verdict) )).
+result("why", Text, Explained) :-
     explained(Text, why(Module, Model, Things, Given),
-              why(Module, Model, Things, Given, Verdict)).
+              why(Module, Model, Things, Given, Explained)).
 result("why_not", Text, Verdicts) :-
     explained(Text, why_not(Module, Model, Things, Given, Count),
               why_not(Module, Model, Things, Given, Count, Verdicts)).
@@ -236,12 +240,23 @@ result("interrupt", Text, true) :-
 
 %!  known_of_scene(?What, +Scene) is nondet.
 %
-%   What the caller keeps of a scene: its lengths are metric; a thing is known from its surface, as those
-%   of meshes and clouds are, and not from pictures.
+%   What the caller keeps of a scene: its lengths are metric; how many views it has; what share of a
+%   thing's faces was seen; a thing is known from its surface, as those of meshes and clouds are, and not
+%   from pictures.
 
 known_of_scene(metric, Scene) :- catch(Scene:scale(metric), _, fail).
+known_of_scene(views(Count), Scene) :- catch(aggregate_all(count, Scene:view(_, _), Count), _, fail).
+known_of_scene(seen(Thing, Share), Scene) :- catch(seen_share(Scene, Thing, Share), _, fail).
 known_of_scene(whole(Thing), Scene) :- catch(Scene:whole(Thing), _, fail).
 known_of_scene(scanned(Thing), Scene) :- catch(Scene:scanned(Thing), _, fail).
+
+seen_share(Scene, Thing, Share) :-
+    aggregate(r(sum(Area), sum(Seen)),
+              F^Sd^R^( Scene:part_of(F, Thing), Scene:area(F, Area, Sd), Scene:coverage(F, R),
+                       Seen is Area * R ),
+              r(All, Shown)),
+    All > 0,
+    Share is Shown / All.
 
 %   Bases that take all values as exact (quantities.pl).
 :- dynamic crisp_base/1.

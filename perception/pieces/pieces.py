@@ -276,6 +276,7 @@ def find_pieces(
     owner = _owners(part, surface.face, len(faces))
     part = _cut_at_faces(parts, at, owner, surface, grid.cell)
     kept: list[int] = []
+    convex = 0
     found: list[Piece] = []
     for number in range(1, len(sizes)):
         own = part == number
@@ -285,11 +286,13 @@ def find_pieces(
         own_faces = tuple(np.flatnonzero(owner == number).tolist())
         piece = _piece(grid, surface, own, own_faces)
         found.append(replace(piece, faces=tuple(faces[i].index for i in own_faces)))
+        convex += int(sizes[number]) if is_convex(parts == number) else 0
     joins = _joins(parts, len(sizes))[np.ix_(kept, kept)]
     low = np.array([piece.low for piece in found])
     off_ground = low >= low.min(initial=np.inf) + grid.cell
     bears = joins & (low[:, None] <= low[None] + grid.cell) & off_ground
-    return Pieces(tuple(found), joins, bears)
+    explained = convex / max(1, int(sizes[1:].sum()))
+    return Pieces(tuple(found), joins, bears, explained)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -383,7 +386,7 @@ def _piece(grid: Grid, surface: _Surface, own: NDArray[np.bool_], faces: Sequenc
     heights = points @ grid.lattice.axes[2]
     directions = list(_directions(grid, surface, points, faces))
     at_least = grid.cell if surface.of_edges(own) else 0.0
-    extents, axes, middle = _find_least_box(points, directions, at_least)
+    extents, axes, middle = find_least_box(points, directions, at_least)
     sd = ROUNDING * grid.cell
     length, width, thickness = (Estimate(float(extent), sd) for extent in extents)
     return Piece(
@@ -409,7 +412,7 @@ def _directions(
         yield np.linalg.eigh(np.cov(points.T))[1][:, 0]
 
 
-def _find_least_box(
+def find_least_box(
     points: FloatArray, directions: Sequence[FloatArray], at_least: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return extents (3,), longest first, directions (3, 3) and middle of the least box round

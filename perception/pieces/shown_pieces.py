@@ -28,8 +28,9 @@ class Piece:
     """A solid part. `axes` (3, 3) are the directions of its length, width and thickness, as rows,
     `middle` (3,) is the middle of its box, all in the scene's frame.
 
-    `faces` are indices of faces that are mostly its own; `round` is the share of its surface that
-    is curved, 0..1. `low` and `high` are heights along the grid's last axis, of the scene's frame.
+    `faces` are indices of faces that are mostly its own; `round` is the share of its section's
+    outline that is curved, 0..1, or of its surface where no more is known. `low` and `high` are
+    heights along the grid's last axis, of the scene's frame.
     """
 
     length: Estimate
@@ -54,12 +55,13 @@ class Piece:
 class Pieces:
     """The pieces of a thing, the largest first. `joins` (p, p) says which touch, `bears` (p, p)
     which carries which directly: it touches what is off the ground and reaches as low, within a
-    cell, or lower.
+    cell, or lower. `explained` is the share of the thing's volume that they fill, 0..1.
     """
 
     pieces: tuple[Piece, ...]
     joins: NDArray[np.bool_]
     bears: NDArray[np.bool_]
+    explained: float
 
     @property
     def carries(self) -> NDArray[np.bool_]:

@@ -35,7 +35,7 @@ from facetlog.perception.attached_edges import (
 )
 from facetlog.perception.batch_linalg import dots
 from facetlog.perception.ragged import Bools, Indices, find_row_starts, row_table
-from facetlog.perception.scene import Scene
+from facetlog.perception.scene import Scene, Solids
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts, touches
 from facetlog.perception.surfaces.face_table import FaceTable
@@ -305,13 +305,14 @@ LEVEL_ENOUGH = 0.5
 class Thing:
     """Faces, loose edges and patches that are judged as one object.
 
-    They are indices into what the scene has. `whole` is its body's.
+    They are indices into what the scene has. `whole` and `solids` are its body's.
     """
 
     faces: tuple[int, ...]
     edges: tuple[int, ...]
     patches: tuple[int, ...] = ()
     whole: bool = False
+    solids: Solids | None = None
 
 
 def _extends_beyond_contact(outline: FloatArray, span: FloatArray) -> bool:
@@ -413,7 +414,13 @@ def find_things(
     if scene.bodies:
         known = set(loose.tolist())
         return tuple(
-            Thing(body.faces, tuple(i for i in body.edges if i in known), body.patches, body.whole)
+            Thing(
+                body.faces,
+                tuple(i for i in body.edges if i in known),
+                body.patches,
+                body.whole,
+                body.solids,
+            )
             for body in scene.bodies
         )
     if not len(table):

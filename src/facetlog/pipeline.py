@@ -329,13 +329,14 @@ def recognize_views(
     method: Method = DEFAULT_METHOD,
     progress: Progress | None = None,
     clock: StepClock,
+    near: bool = False,
 ) -> Recognised:
     """Find scene, facts and verdicts for the views, by the models of `base` (else the built-in
-    ones).
+    ones); `near` as for `judge_loaded_scene`.
     """
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     scene, scale = apply_known_scale(scene, method)
-    return recognize_scene(scene, view_set, base=base, scale=scale, clock=clock)
+    return recognize_scene(scene, view_set, base=base, scale=scale, clock=clock, near=near)
 
 
 def recognize_scene(
@@ -345,8 +346,10 @@ def recognize_scene(
     base: "KnowledgeBase | None" = None,
     scale: "Scale | None" = None,
     clock: StepClock,
+    near: bool = False,
 ) -> Recognised:
-    """Find facts and verdicts for a scene, by the models of `base` (else the built-in ones).
+    """Find facts and verdicts for a scene, by the models of `base` (else the built-in ones);
+    `near` as for `judge_loaded_scene`.
 
     `view_set` has the views that it was reconstructed from, if any.
     """
@@ -358,7 +361,7 @@ def recognize_scene(
         models = base or stack.enter_context(open_models())
         load_scene(models, scene, facts)
         try:
-            recognition = judge_loaded_scene(models, scene.name)
+            recognition = judge_loaded_scene(models, scene.name, near=near)
         finally:
             models.drop_scene(scene.name)
     return Recognised(view_set, scene, facts, recognition, clock, scale)

@@ -107,11 +107,24 @@ class ReasonRecord(_MeasuredRecord):
     more: NonNegativeInt
 
 
+class NearRecord(_Record):
+    """Near miss of a set: no member, or one of too many, and why.
+
+    `nearest` is there where it lacks nothing but members of a set of its own.
+    """
+
+    name: str
+    state: State
+    because: ReasonRecord | None
+    nearest: tuple["NearRecord", ...] = ()
+
+
 class ConditionRecord(_Record):
     """A condition of the model: the author's reason, its place, its state, and what decided that.
 
     `because` is null where it holds because it does not apply to such a thing. `text`, the line as
-    it is written, and `proof` are there with --full.
+    it is written, and `proof` are there with --full; `nearest`, those that miss alike, of near
+    misses.
     """
 
     label: str
@@ -121,6 +134,7 @@ class ConditionRecord(_Record):
     state: State
     degree: tuple[Share, Share]
     because: ReasonRecord | None
+    nearest: tuple[NearRecord, ...] = ()
     proof: ProofRecord | None = None
 
 
@@ -128,7 +142,9 @@ class VerdictRecord(_Record):
     """The verdict of one model on one thing; without the thing if there was none to ask about.
 
     `unseen` is there where another look might settle a condition that is open, `assumed` where part
-    of what the thing fills was not seen and counts as full, if someone asked why.
+    of what the thing fills was not seen and counts as full, if someone asked why. `confidence` is
+    null for the reason in `confidence_origin`, else that says what it was counted on; `_low` and
+    `_high` bound it with a probability of nine tenths.
     """
 
     model: str
@@ -138,6 +154,9 @@ class VerdictRecord(_Record):
     degree_at_most: Share
     specialises: tuple[str, ...]
     confidence: Share | None
+    confidence_low: Share | None
+    confidence_high: Share | None
+    confidence_origin: str
     summary: str
     parts: dict[str, tuple[str, ...]]
     sizes: dict[str, SizeRecord]

@@ -8,7 +8,7 @@ import pytest
 
 from facetlog.batch.engine import SceneEngine
 from facetlog.batch.pages.explain import Mistaken, explained
-from facetlog.batch.rows import Row, closest, get_confidence_or_degree
+from facetlog.batch.rows import Row, closest, read_confidence
 from facetlog.batch.settings import Item, Settings
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table
 from facetlog.perception.surfaces.scene_file import write_scene
@@ -33,7 +33,8 @@ def test_both_questions_are_answered_of_the_verdict_in_the_row(
     write_scene(table(), tmp_path / "t.json")
     item = Item(str(tmp_path / "t.json"))
     row = engine.row(item)
-    top = closest(row)["table"]["parts"][0]["names"][0]
+    found = closest(row)["table"]
+    top = found["parts"][0]["names"][0]
     told = explained(item, SETTINGS, _mistaken(row, "box", "table"))
     assert base64.b64decode(told["picture"]).startswith(b"\x89PNG")
     why_not, why = told["reasons"]
@@ -41,10 +42,8 @@ def test_both_questions_are_answered_of_the_verdict_in_the_row(
     assert "box" in why_not["lines"][0]
     assert why["title"] == "Why table"
     assert f"top = {top}" in "\n".join(why["lines"])
-    assert (
-        why["lines"][0] == f"t1 is a table ({get_confidence_or_degree(closest(row)['table']):.0%})"
-    )
-    assert get_confidence_or_degree(closest(row)["table"]) < closest(row)["table"]["degree"]
+    assert why["lines"][0] == f"t1 is a table ({read_confidence(found).format(found['degree'])})"
+    assert read_confidence(found).value < found["degree"]
     # One leg alone is a group all the same: it cannot be given, and the proof is told nevertheless.
     for part in closest(row)["table"]["parts"][1:]:
         part["names"] = part["names"][:1]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.exploring.open_questions import Interest, Lack, Lead, Needs, Open, find_needs
+from facetlog.kb.confidence import Confidence
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
 from facetlog.kb.explaining.verdict import Condition, Recognition, Verdict
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
@@ -36,7 +37,8 @@ def _verdict(
         within = Within("at_least", (0.5,))
         length = Comparison("height(t1)", 0.5 + 0.01 * sds, 0.01, "length", within)
         conditions = (Condition("height", "", Proof(State.HOLDS, low, high, "", length)),)
-    return Verdict(model, "t1", state, low, high, (), (), conditions, confidence=confidence)
+    said = Confidence(confidence)
+    return Verdict(model, "t1", state, low, high, (), (), conditions, confidence=said)
 
 
 def _needs(*verdicts: Verdict, interest: Interest = HERE) -> Needs:

@@ -129,7 +129,7 @@ def test_a_verdict_says_what_else_the_thing_is_by_that(desk: Desk) -> None:
     verdict = desk.verdict(*KINDS)
     assert verdict.specialises == ("seat", "elsewhere", "furniture")
     kinds = "t1 is a m, which is a seat, an elsewhere and a furniture"
-    assert verdict.summary == f"{kinds} ({verdict.confidence:.0%})"
+    assert verdict.summary == f"{kinds} ({verdict.confidence.format(verdict.degree)})"
     assert verdict.degree == pytest.approx(0.84, abs=0.005)
     assert verdict.to_json()["specialises"] == ["seat", "elsewhere", "furniture"]
     assert desk.base.judge("s", "chair", "t1").specialises == ()

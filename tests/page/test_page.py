@@ -35,6 +35,7 @@ from facetlog.perception.space.space import State as SpaceState
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.pipeline import Recognised, facts_of, load_scene, open_models
+from facetlog.verdicts_schema import VerdictsRecord
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 MOST_BYTES = 8_000_000
@@ -55,12 +56,12 @@ def _view(name: str, scene: Scene, azimuth_deg: float) -> View:
     return View(name, noise, Camera(640, 480, 700, 700, 319.5, 239.5), Pose(rotation, centre))
 
 
-def _run(scene: Scene, *names: str) -> Recognised:
+def _run(scene: Scene, *names: str, near: bool = False) -> Recognised:
     views = tuple(_view(name, scene, 60.0 * k) for k, name in enumerate(names))
     scene = replace(scene, views=names)
     with open_models() as base:
         load_scene(base, scene)
-        recognition = judge_loaded_scene(base, scene.name)
+        recognition = judge_loaded_scene(base, scene.name, near=near)
     return Recognised(ViewSet(scene.name, views), scene, facts_of(scene), recognition)
 
 
@@ -87,6 +88,29 @@ def test_every_verdict_and_every_condition_is_there(table: Recognised) -> None:
     assert sorted(labels) == sorted(c.label for v in verdicts for c in v.conditions)
     assert {v["state"] for v in shown["best"]} == {"holds"}
     assert shown["answer"].startswith("t1 is a table")
+    (origin,) = (line["text"] for line in shown["best"][0]["lines"] if "confidence" in str(line))
+    assert table.recognition.best[0].confidence.origin in str(origin)
+
+
+def test_what_comes_nearest_to_a_set_is_said_in_page_and_data() -> None:
+    found = _run(build("cuboid", {}), near=True)
+    lacking = {
+        (v.model, c.label) for v in found.recognition.verdicts for c in v.conditions if c.nearest
+    }
+    assert lacking
+    said = {
+        (v.model, c["label"])
+        for v, shown in zip(
+            [v for v in found.recognition.verdicts if v not in found.recognition.best],
+            contents(_subject(found))["others"],
+            strict=True,
+        )
+        for c in shown["conditions"]
+        if any(step["text"].startswith("nearest") for step in c["steps"])
+    }
+    assert said == lacking
+    data = {**found.recognition.to_json(), "problems": [], "warnings": []}
+    VerdictsRecord.model_validate_json(json.dumps(data), strict=True)
 
 
 def test_pictures_have_the_faces_that_they_show_and_no_others(table: Recognised) -> None:

@@ -52,6 +52,10 @@ with_pieces :- facts(Facts), with(Facts).
 
 :- begin_tests(pieces, [ setup(with_pieces), cleanup(without) ]).
 
+test(what_is_level_with_another_is_neither_above_nor_below, [S, T, U] == [holds, fails, fails]) :-
+    state(piece_above(p1, p2), S),
+    state(piece_above(p1, p1), T),
+    state(piece_below(p1, p1), U).
 test(shapes_exclude_one_another, Shapes == [p1-board, p2-bar, p3-block]) :-
     findall(P-Shape,
             ( member(P, [p1, p2, p3]),

@@ -55,7 +55,7 @@ def test_a_folder_becomes_a_table(folder, capsys):
 def test_without_a_file_results_go_to_standard_output(capsys):
     assert main(["classify", "in/box-1.json", "in/lamp-1.json", "in/bad-1.json"]) == 0
     assert capsys.readouterr().out == (
-        "in/box-1.json: box (90%)\nin/lamp-1.json: none\nin/bad-1.json: error: is bad\n"
+        "in/box-1.json: box (degree 90%)\nin/lamp-1.json: none\nin/bad-1.json: error: is bad\n"
     )
     assert main(["classify", "in/box-1.json", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == fake_row("in/box-1.json", ())
@@ -156,7 +156,7 @@ def test_labels_make_a_matrix_and_a_report(folder, capsys):
     assert main([*argv, *counted, "-o", "r.csv", "--report", "r.html"]) == 0
     out = capsys.readouterr().out
     assert "accuracy 0.500 (2 of 4, 95 % 0.150–0.850)" in out
-    assert "in/table-1.json: chair, answered table (90%)" in out
+    assert "in/table-1.json: chair, answered table (degree 90%)" in out
     page = (folder / "r.html").read_text(encoding="utf-8")
     assert 'src="data:image/png;base64,UE5H"' in page
     assert "Why not chair" in page
@@ -188,7 +188,7 @@ def test_each_scene_is_a_page_and_a_list_names_them(folder, capsys):
         [*(f"{name}.html" for name in named), "index.html", "run.json"]
     )
     index = Path("pages/index.html").read_text(encoding="utf-8")
-    assert '<a href="box-1-2.html">in/b/box-1.json</a></th><td>box</td><td>90%</td>' in index
+    assert '<a href="box-1-2.html">in/b/box-1.json</a></th><td>box</td><td>degree 90%</td>' in index
     assert "in/bad-1.json: no page: is bad</th>" in index
     assert index.count("<a ") == 5
     assert not re.search(r"""(src|href)=["']?(https?:|//)|<script""", index)

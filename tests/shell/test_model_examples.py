@@ -222,3 +222,15 @@ def test_files_of_no_model_that_is_tested_are_named(run, tmp_path):
     code, _, err = run("model", "test", "slab.model", "own")
     assert (code, "no file is of a model that is tested" in err) == (2, True)
     assert run("model", "test", "own")[0] == 2
+
+
+def test_a_built_in_model_that_holds_of_all_examples_is_named(run, tmp_path):
+    text = "model parcel\n  face top\n  level: tilt(top) at most 10 deg\n"
+    for width in (60, 80):
+        text += f'  example "{width}" of cuboid(width {width} cm, height 30 cm) holds\n'
+    (tmp_path / "parcel.model").write_text(text)
+    _, out, err = run("model", "test", "parcel.model")
+    assert out == "2 examples, 2 passed, 0 failed\n"
+    assert "write `model parcel rather than box`" in err
+    (tmp_path / "parcel.model").write_text(text.replace("parcel", "parcel rather than box", 1))
+    assert run("model", "test", "parcel.model")[2] == ""

@@ -100,6 +100,16 @@ def test_why_ends_with_whether_it_holds(scene, capsys):
     assert f"facetlog why-not {scene} table" in err
 
 
+def test_why_says_whether_one_belongs_to_a_set(scene, capsys):
+    assert main(["why", scene, "table", "leg=f1", "--json"]) == 1
+    (asked,) = json.loads(capsys.readouterr().out)["verdict"]["asked"]
+    assert (asked["role"], asked["name"], asked["state"]) == ("leg", "f1", "fails")
+    assert main(["why", scene, "table", "leg=f1"]) == 1
+    assert capsys.readouterr().out.startswith(asked["text"].partition(" (")[0])
+    assert main(["why-not", scene, "table", "leg=f1"]) == 2
+    assert "leg is a set" in capsys.readouterr().err
+
+
 def test_why_in_full_goes_down_to_the_vertices(scene, capsys):
     assert main(["why", scene, "box", "--full"]) == 0
     text = capsys.readouterr().out

@@ -319,7 +319,9 @@ fault(Error, "prolog", Message, []) :-
     normalize_space(string(Message), Message0).
 
 nothing_of(thing, "the scene has no thing ~w").
-nothing_of(part, "the scene has no face or edge ~w").
+nothing_of(part, "the scene has no part ~w for this model").
+nothing_of(single_part, "~w is a set: why-not is asked of single parts, and why of both").
+nothing_of(member, "~w: the set has no members of that kind").
 nothing_of(role, "the model has no part ~w").
 nothing_of(name, "the scene has neither a name nor a fact ~w").
 

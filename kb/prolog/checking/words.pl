@@ -145,6 +145,7 @@ described(tolerance('Name'), measure, "a number with a name").
 described(thing_length('Thing'), measure, "longest side of the thing").
 described(thing_width('Thing'), measure, "middle side of the thing").
 described(thing_height('Thing'), measure, "height of the thing's highest point").
+described(explained('Thing'), measure, "share of the thing's volume that its pieces fill").
 described(metres('Number'), measure, "a length, if the scale is known").
 described(count('List'), measure, "how many elements the list has").
 described(smallest_gap('Things'), measure, "least distance between two of the things").
@@ -158,6 +159,7 @@ described(smallest_step('Measures'), measure,
 described(largest_step('Measures'), measure,
           "the greatest difference of neighbours among the measures in their order").
 described(openings_known('Thing'), relation, "no unseen space has room for another opening").
+described(pieces_known('Thing'), relation, "its pieces fill all of its volume: it has no others").
 described(whole('Thing'), relation, "the thing's surface is known from all sides").
 described(scanned('Thing'), relation,
           "the thing's surface is known from some sides, and there all of it that was in sight").

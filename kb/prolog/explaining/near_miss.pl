@@ -1,10 +1,11 @@
-:- module(facetlog_near_miss, [ why/5,        % +Module, +Model, +Things, +Given, -Verdict
+:- module(facetlog_near_miss, [ why/5,        % +Module, +Model, +Things, +Given, -Explained
                                 why_not/6     % +Module, +Model, +Things, +Given, +Count, -Verdicts
                               ]).
 
 /** <module> The best answer that agrees with what was given, and what comes near
 
-Given is a list of Role-Face: what the asker says about the parts. Things is a list of the things
+Given is a list of Role-Face: what the asker says about the parts, and what `why` is asked of the
+members of sets. Verdicts have what comes nearest to sets (members.pl). Things is a list of the things
 that are meant, or `all`. Assignments that no candidate/3 proposes are judged all the same if
 the asker names them.
 */
@@ -17,27 +18,39 @@ the asker names them.
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(plan)).
 :- use_module(facetlog_kb(search)).
+:- use_module(facetlog_kb(members)).
 :- use_module(facetlog(vocabulary)).
 
 :- meta_predicate must_exist(0, +, +),
                   must_exist(0, +, +, 1).
 
-%!  why(+Module, +Model, +Things, +Given, -Verdict) is det.
+%!  why(+Module, +Model, +Things, +Given, -Explained) is det.
 %
-%   Verdict is on the best assignment that agrees with Given.
+%   Explained is explained(Verdict, Asked) on the best assignment that agrees with Given; Asked has what
+%   asked_member/7 says of each Role-Face of Given where Role is a set.
 %
 %   @error existence_error(Kind, Name) if the scene has no such thing or part, or the model no such
 %          role.
 
-why(Module, Model, Things, Given, Verdict) :-
-    meant_things(Module, Model, Things, Given, Meant),
+why(Module, Model, Things, Given0, explained(Verdict, Asked)) :-
+    set_roles(Module, Model, Sets),
+    partition(of_set(Sets), Given0, Members, Given),
+    meant_things(Module, Model, Things, Given0, Sets, Meant),
     agreeing(Meant, Module, Model, Given, Candidates),
     best_of(Module, Model, Candidates, Best),
-    (   Meant = [Thing|_]
-    ->  true
-    ;   Thing = ''                      % the scene has nothing
+    (   Best = best(_, Thing, Parts, _)
+    ->  maplist(asked_in(Module, Model, Thing, Parts), Members, Asked)
+    ;   ( Meant = [Thing|_] -> true ; Thing = '' ),     % the scene has nothing
+        Asked = []
     ),
-    verdict_of(Best, Module, Model, Thing, Verdict).
+    verdict_of(Best, Module, Model, Thing, Verdict0),
+    add_near(Module, Verdict0, Verdict).
+
+of_set(Sets, Role-_) :-
+    memberchk(Role, Sets).
+
+asked_in(Module, Model, Thing, Parts, Role-Name, Asked) :-
+    asked_member(Module, Model, Thing, Parts, Role, Name, Asked).
 
 %!  why_not(+Module, +Model, +Things, +Given, +Count, -Verdicts) is det.
 %
@@ -45,10 +58,12 @@ why(Module, Model, Things, Given, Verdict) :-
 %   nearest first, in the order of search.pl. Of a thing that fails, the first is what judge/4 shows.
 %   Where none can hold, only those are looked at among which judge/4 finds what it shows.
 %
-%   @error as why/5
+%   @error as why/5, and existence_error(single_part, Role) for a Role that is a set
 
 why_not(Module, Model, Things, Given, Count, Verdicts) :-
-    meant_things(Module, Model, Things, Given, Meant),
+    set_roles(Module, Model, Sets),
+    forall(member(Role-_, Given), must_exist(\+ memberchk(Role, Sets), single_part, Role)),
+    meant_things(Module, Model, Things, Given, [], Meant),
     agreeing(Meant, Module, Model, Given, Candidates0),
     looked_further(Candidates0, Module, Model, Given, Candidates1),
     open_candidates(Module, Model, Candidates1, Candidates),
@@ -59,7 +74,8 @@ why_not(Module, Model, Things, Given, Count, Verdicts) :-
     maplist(prove_miss(Module, Model), Misses, Verdicts).
 
 prove_miss(Module, Model, found(Thing, Parts, _), Verdict) :-
-    prove(Module, Model, Thing, Parts, 0, Verdict).
+    prove(Module, Model, Thing, Parts, 0, Verdict0),
+    add_near(Module, Verdict0, Verdict).
 
 nearest(Count, Aim, Queue0, Misses) :-
     (   Count > 0,
@@ -78,9 +94,10 @@ nearest(Count, Aim, Queue0, Misses) :-
                  *         WHAT IS MEANT        *
                  *******************************/
 
-%   The things that can be meant.
-meant_things(Module, Model, Things, Given, Meant) :-
-    once(Module:model(Model, _, Roles)),
+%   The things that can be meant; Sets are roles beside the model's parts.
+meant_things(Module, Model, Things, Given, Sets, Meant) :-
+    once(Module:model(Model, _, Singles)),
+    append(Singles, Sets, Roles),
     forall(member(Role-_, Given), must_exist(memberchk(Role, Roles), role, Role, =(Roles))),
     forall(member(_-Part, Given), must_exist(known_part(Part), part, Part, known_parts)),
     (   Things == all
@@ -107,7 +124,9 @@ must_exist(Goal, Kind, Name, Names) :-
 known_parts(Parts) :-
     findall(Face, fact(face(Face)), Faces),
     findall(Edge, fact(edge(Edge, _, _)), Edges),
-    convlist(span, [Faces, Edges], Parts).
+    findall(Piece, fact(piece(Piece)), Pieces),
+    findall(Opening, fact(opening(Opening)), Openings),
+    convlist(span, [Faces, Edges, Pieces, Openings], Parts).
 
 %   Names that count up, in short; fails where there are none.
 span([Only], Only) :- !.
@@ -117,15 +136,22 @@ span([First|Rest], Span) :-
 
 known_part(unseen) :- !.
 known_part(Part) :- fact(face(Part)), !.
-known_part(Part) :- fact(edge(Part, _, _)).
+known_part(Part) :- fact(edge(Part, _, _)), !.
+known_part(Part) :- fact(piece(Part)), !.
+known_part(Part) :- fact(opening(Part)), !.
+known_part(Part) :- fact(thing(Part)).
 
 things_of(Given, Thing) :-
     (   member(_-Part, Given),
-        fact(part_of(Part, _))
+        belongs(Part, _)
     ->  member(_-Other, Given),
-        fact(part_of(Other, Thing))
+        belongs(Other, Thing)
     ;   fact(thing(Thing))
     ).
+
+belongs(Part, Thing) :- fact(part_of(Part, Thing)).
+belongs(Part, Thing) :- fact(piece_of(Part, Thing)).
+belongs(Part, Thing) :- fact(opening_of(Part, Thing)).
 
 %   What the model proposes and agrees with Given; else what it proposes, with Given put in its place;
 %   else Given alone.

@@ -10,7 +10,10 @@ views saw them.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(error)).
+:- use_module(library(solution_sequences)).
 :- use_module(facetlog_kb(schema)).
+:- use_module(facetlog_kb(prove)).
+:- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(scene)).
 
 %!  origin(+About, -Origin) is det.
@@ -84,7 +87,7 @@ named(Name, thing(Name, Sizes, Faces, Edges)) :-
     partition(is_face, Members, FaceNames, EdgeNames),
     maplist(named, FaceNames, Faces),
     maplist(named, EdgeNames, Edges).
-named(Name, piece(Name, Things, size(L, W, H), Sd, Heights, Measured, Round, Faces)) :-
+named(Name, piece(Name, Things, size(L, W, H), Sd, Heights, Measured, Round, Faces, Shapes)) :-
     fact(piece(Name)),
     !,
     found(T, piece_of(Name, T), Things),
@@ -93,7 +96,8 @@ named(Name, piece(Name, Things, size(L, W, H), Sd, Heights, Measured, Round, Fac
     ( fact(piece_measured(Name)) -> Measured = true ; Measured = false ),
     fact(piece_round(Name, Round)),
     found(F, piece_face(Name, F), FaceNames),
-    maplist(named, FaceNames, Faces).
+    maplist(named, FaceNames, Faces),
+    findall(Shape, limit(1, piece_shape(Name, Shape)), Shapes).
 named(Name, opening(Name, Things, size(L, W), Sd, Heights, Pieces, Faces)) :-
     fact(opening(Name)),
     !,
@@ -110,6 +114,26 @@ named(Name, view(Name, File, Vertices)) :-
 named(Name, Vertex) :-
     fact(vertex(Name)),
     vertex(Name, Vertex).
+
+%   shape(Shape, Low, Shares): what the words of the vocabulary say that a piece is, how surely, and what
+%   that rests on, share(Measure, Value, Limit).
+piece_shape(Piece, shape(Shape, Low, Shares)) :-
+    member(Shape, [board, bar, block]),
+    Test =.. [Shape, Piece],
+    evaluate(Test, vocabulary, Proof),
+    Proof = proof(holds, Low, _, _, _, _),
+    findall(Share, share_in(Proof, Share), Shares).
+
+share_in(proof(_, _, _, Test, Detail, Children), Share) :-
+    (   comparison(Test, Measure, _),
+        arg(1, Detail, Value)
+    ->  arg(4, Detail, Within),
+        ( Within = soft(Bound, _) -> true ; Bound = Within ),
+        arg(1, Bound, Limit),
+        Share = share(Measure, Value, Limit)
+    ;   member(Child, Children),
+        share_in(Child, Share)
+    ).
 
 is_face(Name) :-
     fact(face(Name)).

@@ -18,7 +18,8 @@ State, Low and High are those of outline/3 (say.pl), from the proofs of all part
   - uncertain(Value, Sd, Kind, Within, Margin): the same, but it is too uncertain to say;
   - missing(Measure, Cause): what the scene does not know, and why (missing_because/2);
   - fact(Truth, Cause): a relation, true, false or unknown; Cause is none unless it is unknown;
-  - short: a word of the model or the vocabulary, whose meaning is the only child;
+  - short: a word of the model or the vocabulary, whose meaning is the only child; short(Shape) where a
+    piece is not of the shape that is wanted, but of another, board, bar or block;
   - counted(Holding, Open, Deciding): how many groups hold and how many may; Deciding is the member
     whose proof decides, or none. The children prove the best member of each group, the best first;
   - judged(Cause): what another model says of a thing;
@@ -62,9 +63,27 @@ proof_of(relation, Test, Module, proof(State, Low, High, Test, fact(Truth, Cause
     ( Truth == unknown -> missing_because(Test, Cause) ; Cause = none ).
 proof_of(is_a(Thing, Model), Test, _, proof(State, Low, High, Test, judged(Cause), [])) :-
     model_outcome(Thing, Model, outcome(State, Low, High, Cause)).
-proof_of(meaning(Meaning), Test, Module, proof(State, Low, High, Test, short, [Proof])) :-
+proof_of(meaning(Meaning), Test, Module, proof(State, Low, High, Test, Detail, [Proof])) :-
     evaluate(Meaning, Module, Proof),
-    Proof = proof(State, Low, High, _, _, _).
+    Proof = proof(State, Low, High, _, _, _),
+    (   State == fails,
+        other_shape(Test, Module, Shape)
+    ->  Detail = short(Shape)
+    ;   Detail = short
+    ).
+
+%   The shape that a piece is of where Test, that it is of another, fails.
+other_shape(Test, Module, Shape) :-
+    shape_test(_, _, Test),
+    !,
+    arg(1, Test, Piece),
+    shape_test(Shape, Piece, Other),
+    state(Other, Module, holds),
+    !.
+
+shape_test(board, Piece, board(Piece)).
+shape_test(bar, Piece, bar(Piece)).
+shape_test(block, Piece, block(Piece)).
 
 %!  all_proved(+Proofs, -State, -Low, -High) is det.
 %

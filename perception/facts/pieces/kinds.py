@@ -12,10 +12,16 @@ _PIECES: tuple[FactKind, ...] = (
     _kind("piece +P:piece", _ONE, "a solid part of an object: a board, bar or block"),
     _kind("piece_of +P:piece T:thing", _ONE, "the object that it is a part of"),
     _kind(
+        "explained +T:thing R:share",
+        _MAYBE,
+        "share of its volume that its pieces fill",
+        "it is not known from all sides",
+    ),
+    _kind(
         "piece_size +P:piece L:length W:length H:length Sd:length",
         _ONE,
-        "length, width and thickness of the least box around its surface, longest first; an end at "
-        "another piece is where their faces meet, or else known to one cell",
+        "length, width and thickness of the least box around its surface, longest first: exact "
+        "where the surface of its object is closed, else an end may be known to one cell only",
     ),
     _kind(
         "piece_heights +P:piece Low:length High:length Sd:length",
@@ -39,7 +45,8 @@ _PIECES: tuple[FactKind, ...] = (
     _kind(
         "piece_on_ground +P:piece",
         _MAYBE,
-        "its lowest point is that of its object, within one cell",
+        "its lowest point is that of its object, within one cell, or it stands on a board that "
+        "lies there",
         "otherwise, or " + _NO_UP,
     ),
     _kind(
@@ -56,7 +63,12 @@ _PIECES: tuple[FactKind, ...] = (
         "below 0 if it projects; of pieces of one object",
         _NO_UP + ", or it depends on unseen space",
     ),
-    _kind("piece_round +P:piece R:share", _ONE, "share of its surface that is curved"),
+    _kind(
+        "piece_round +P:piece R:share",
+        _ONE,
+        "share of the outline of its section that is "
+        "curved: 1 for a wheel or pole; of its surface where that of its object is not closed",
+    ),
     _kind(
         "piece_measured +P:piece",
         _MAYBE,

@@ -21,9 +21,10 @@ from facetlog.perception.facts.pieces.solid_boxes import (
 )
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.pieces.measure_solids import measure_solids
 from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.pieces.shown_pieces import Kind, Piece, Pieces, ShownPiece, ShownPieces
-from facetlog.perception.scene import Evidence, Scene
+from facetlog.perception.scene import Evidence, Scene, Solids
 from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening, find_openings, has_room_for_openings
 from facetlog.perception.space.space import Space
@@ -127,6 +128,24 @@ def _measure_outside(piece: Piece, places: FloatArray) -> FloatArray:
     return found
 
 
+def find_grounded(pieces: Pieces, up: FloatArray, cell: float) -> NDArray[np.bool_]:
+    """Return which pieces (p,) stand on the ground: they reach as low as any within a cell, or
+    stand on a board that lies there.
+    """
+    low, high = np.array([(piece.low, piece.high) for piece in pieces.pieces]).reshape(-1, 2).T
+    lowest = low < low.min(initial=np.inf) + cell
+    lies = np.array(
+        [
+            piece.kind is Kind.BOARD and abs(float(piece.axes[2] @ up)) > LEVEL_ENOUGH
+            for piece in pieces.pieces
+        ],
+        dtype=np.bool_,
+    )
+    stands_on = pieces.joins & (low[:, None] >= high[None] - cell / 2.0)
+    grounded: NDArray[np.bool_] = lowest | (stands_on & (lowest & lies)[None]).any(axis=1)
+    return grounded
+
+
 def hanging(pieces: Pieces, cell: float) -> NDArray[np.bool_]:
     """Return which piece hangs from which (p, p): they touch, the second's middle is higher, and
     without the second nothing joins the first to the ground.
@@ -213,6 +232,8 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     for found in _iter_found_pieces(s):
         for functor, each in found.facts(s.face_names):
             rows.add_rows(functor, [each])
+        if found.filled.known:
+            rows.add_rows("explained", [(found.thing, found.pieces.explained)])
         if rows.wants("piece_angle"):
             rows.add_rows("piece_angle", found.angles())
         if rows.wants("piece_overlap"):
@@ -258,8 +279,15 @@ class _Found:
 
     def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
         """Yield functors and arguments; `face_names` (f,) are those of all faces."""
-        lattice = self.filled.space.lattice
-        for name, piece, box in zip(self.names, self.pieces.pieces, self._boxes, strict=True):
+        cell = self.filled.space.cell
+        grounded = (
+            np.zeros(len(self.names), dtype=np.bool_)
+            if self.up is None
+            else find_grounded(self.pieces, self.up, cell)
+        )
+        for name, piece, box, on_ground in zip(
+            self.names, self.pieces.pieces, self._boxes, grounded.tolist(), strict=True
+        ):
             yield "piece", (name,)
             yield "piece_of", (name, self.thing)
             sizes = (piece.length.value, piece.width.value, piece.thickness.value)
@@ -273,7 +301,7 @@ class _Found:
                 low, high = self._heights(piece)
                 yield "piece_heights", (name, low, high, piece.length.sd)
                 yield "piece_tilt", (name, *tilt(piece, self.up))
-                if low < lattice.cell:
+                if on_ground:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
             for measure, if_free, if_full in self._iter_hidden_extents(piece, box):
@@ -281,7 +309,7 @@ class _Found:
         pairs = [("joins", self.pieces.joins)]
         if self.up is not None:
             pairs.append(("carries", self.pieces.carries))
-            pairs.append(("hangs_from", hanging(self.pieces, lattice.cell)))
+            pairs.append(("hangs_from", hanging(self.pieces, cell)))
         for functor, related in pairs:
             for i, j in np.argwhere(related).tolist():
                 yield functor, (self.names[i], self.names[j])
@@ -414,11 +442,18 @@ def _iter_found_pieces(s: SceneMemo) -> Iterator[_Found]:
     )
     count = 0
     for index, filled in s.filled.items():
-        surface = filled.surface
-        pieces = find_pieces(filled.space.least(), surface.faces, surface.curved, surface.lines)
+        pieces = _find_pieces(s.things[index].solids, filled)
         names = tuple(f"p{count + i}" for i in range(1, len(pieces.pieces) + 1))
         count += len(names)
         yield _Found(filled, s.scene.up, s.thing_names[index], names, pieces, measured)
+
+
+def _find_pieces(solids: Solids | None, filled: FilledSpace) -> Pieces:
+    """Return the pieces of a thing: its solids where they are known, else what its cells show."""
+    space, surface = filled.space, filled.surface
+    if solids is not None:
+        return measure_solids(solids, space.axes[2], surface.corner_sd, space.cell)
+    return find_pieces(space.least(), surface.faces, surface.curved, surface.lines)
 
 
 def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:

@@ -59,7 +59,8 @@ class SolidBox:
     def of_piece(cls, piece: Piece, space: Space) -> Self:
         """Return the box of a piece in its thing's space."""
         extents = (piece.length.value, piece.width.value, piece.thickness.value)
-        box = cls(piece.middle, piece.axes, np.array(extents) / 2.0, space.cell, np.zeros((3, 2)))
+        cell = piece.thickness.sd / CELL_SD
+        box = cls(piece.middle, piece.axes, np.array(extents) / 2.0, cell, np.zeros((3, 2)))
         return replace(box, reaches=_measure_unseen_beyond(box, space)) if space.unseen else box
 
     @classmethod
@@ -95,12 +96,12 @@ def _measure_unseen_beyond(box: SolidBox, space: Space) -> FloatArray:
         places = box.at(np.insert(_ON_SIDE, axis, sense, axis=1))
         unseen = np.ones(len(places), dtype=np.bool_)
         for _ in range(sum(space.lattice.shape)):
-            places += sense * box.cell * box.axes[axis]
+            places += sense * space.cell * box.axes[axis]
             numbers = space.lattice.numbers(space.lattice.local(places))
             unseen &= (space.cells.ravel()[numbers] == State.UNSEEN) & (numbers >= 0)
             if float(unseen.mean()) <= UNSEEN_SHARE:
                 break
-            found[axis, side] += box.cell
+            found[axis, side] += space.cell
     return found
 
 

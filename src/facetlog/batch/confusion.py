@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from facetlog.batch.labels import ERROR, NONE, Label, Truth
-from facetlog.batch.rows import HOLDS, Row, get_confidence_or_degree
+from facetlog.batch.rows import HOLDS, Row, read_confidence
 
 """What a scene without verdicts was answered; never right."""
 
@@ -47,14 +47,15 @@ class Proportion(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """A scene that was answered wrong; `sure` is its confidence, or its degree if it has none."""
+    """A scene that was answered wrong; `sure` is its confidence, or its degree if it has none, in
+    words; empty without an answer."""
 
     path: str
     label: str
     truth: str
     answered: str
     degree: float | None
-    sure: float | None
+    sure: str
     error: str | None
     kind: str = ""
 
@@ -65,7 +66,7 @@ class Mistake:
     @property
     def percentage(self) -> str:
         """Confidence of the answer in brackets; empty without one."""
-        return "" if self.sure is None else f" ({self.sure:.0%})"
+        return f" ({self.sure})" if self.sure else ""
 
     def to_json(self) -> dict[str, Any]:
         """Return the mistake as plain data."""
@@ -132,7 +133,7 @@ class Confusion:
                     truth.answer,
                     given,
                     None if verdict is None else verdict["degree"],
-                    None if verdict is None else get_confidence_or_degree(verdict),
+                    "" if verdict is None else read_confidence(verdict).format(verdict["degree"]),
                     row["error"],
                     label.kind,
                 )

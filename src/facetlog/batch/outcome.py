@@ -9,7 +9,8 @@ from facetlog.batch.compare import Comparison
 from facetlog.batch.confusion import Confusion, answer
 from facetlog.batch.labels import NONE
 from facetlog.batch.profile import Profile
-from facetlog.batch.rows import Row
+from facetlog.batch.rows import HOLDS, Row
+from facetlog.kb.overlaps import Overlaps
 from facetlog.plurals import many
 
 SCHEMA = "facetlog-classify/1"
@@ -25,6 +26,7 @@ class Outcome:
 
     confusion: Confusion | None = None
     comparison: Comparison | None = None
+    overlaps: Overlaps | None = None
     scenes: int = 0
     kept: int = 0
     seconds: float = 0.0
@@ -43,6 +45,12 @@ class Outcome:
             else:
                 self.models[self._answer(row)] += 1
                 self.warnings += ((row["path"], line) for line in row["warnings"])
+            if self.overlaps is not None:
+                self.overlaps.add(
+                    (v["thing"], v["model"], v["degree"])
+                    for v in row["verdicts"]
+                    if v["state"] == HOLDS
+                )
             if self.confusion is not None:
                 self.confusion.add(row)
             if self.comparison is not None:

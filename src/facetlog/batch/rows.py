@@ -20,6 +20,7 @@ from pydantic import (
 from facetlog import __version__
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
+from facetlog.kb.confidence import Confidence
 from facetlog.kb.explaining.best_first import best_first
 from facetlog.kb.explaining.proof import State
 
@@ -39,7 +40,7 @@ Row: TypeAlias = dict[str, Any]
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 # Older tables call it otherwise.
-Confidence = Annotated[
+ConfidenceShare = Annotated[
     Share | None, Field(validation_alias=AliasChoices("confidence", "probability"))
 ]
 
@@ -71,7 +72,10 @@ class VerdictRecord(_Record):
     state: Literal["holds", "fails", "unknown"]
     degree: Share
     degree_at_most: Share
-    confidence: Confidence = None
+    confidence: ConfidenceShare = None
+    confidence_low: Share | None = None
+    confidence_high: Share | None = None
+    confidence_origin: str = ""
     parts: tuple[PartRecord, ...] = ()
     sizes: tuple[SizeRecord, ...] = ()
 
@@ -87,7 +91,14 @@ class RowRecord(_Record):
     model: str | None = Field(description="the answer: the first of what holds")
     thing: str | None = Field(description="the thing that it holds of")
     degree: Share | None = Field(description="the degree to which it holds")
-    confidence: Confidence = Field(default=None, description="how often such a verdict is right")
+    confidence: ConfidenceShare = Field(
+        default=None, description="how often such a verdict is right"
+    )
+    confidence_low: Share | None = Field(default=None, description="at least; nine in ten times")
+    confidence_high: Share | None = Field(default=None, description="at most; nine in ten times")
+    confidence_origin: str | None = Field(
+        default=None, description="the cases that it was counted on, or why there is none"
+    )
     verdicts: tuple[VerdictRecord, ...] = Field(
         description="of each model on each thing; first what holds, the answer first"
     )
@@ -140,17 +151,16 @@ def _standing(verdict: Row) -> tuple[bool, float, float]:
     return verdict["state"] == HOLDS, verdict["degree"], verdict["degree_at_most"]
 
 
-def get_confidence_or_degree(verdict: Row) -> float:
-    """Return the confidence of a verdict, or the degree where there is
-    none.
+def read_confidence(verdict: Row) -> Confidence:
+    """Return the confidence of a verdict, or of the answer of a row.
 
-    >>> given = {"degree": 1.0}
-    >>> get_confidence_or_degree(given | {"confidence": 0.7}), get_confidence_or_degree(given)
-    (0.7, 1.0)
+    There is none with --raw, and no bounds in older tables.
+
+    >>> read_confidence({"degree": 1.0, "confidence": 0.7}).format(1.0)
+    '70%'
     """
-    degree: float = verdict["degree"]
-    confidence: float | None = verdict.get("confidence")  # none with --raw, nor in older tables
-    return degree if confidence is None else confidence
+    low, high = verdict.get("confidence_low"), verdict.get("confidence_high")
+    return Confidence(verdict.get("confidence"), low, high)
 
 
 def has_run_out(row: Row) -> bool:
@@ -172,8 +182,8 @@ def make_scene_row(
     # Readers take the first verdict that holds for the answer (confusion.py).
     in_order = (*holding, *(v for v in verdicts if v.state is not State.HOLDS))
     best = holding[0] if holding else None
-    answer = ("model", "thing", "degree", "confidence")
-    known |= {name: getattr(best, name, None) for name in answer}
+    known |= {name: getattr(best, name, None) for name in ("model", "thing", "degree")}
+    known |= {} if best is None else best.confidence.to_json()
     return _row(item, settings, verdicts=[_verdict(verdict) for verdict in in_order], **known)
 
 
@@ -202,7 +212,7 @@ def _verdict(verdict: "BriefVerdict") -> Row:
         "state": verdict.state.value,
         "degree": verdict.degree,
         "degree_at_most": verdict.degree_at_most,
-        "confidence": verdict.confidence,
+        **verdict.confidence.to_json(),
         "parts": [{"role": role, "names": list(names)} for role, names in verdict.parts],
         "sizes": [{"name": name, "value": value, "sd": sd} for name, value, sd in verdict.sizes],
     }

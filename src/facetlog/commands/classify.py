@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from facetlog.batch.rows import Row
     from facetlog.batch.run import Finished, Plan, Workers
     from facetlog.batch.settings import Item, Settings
+    from facetlog.kb.overlaps import Overlaps
 
 __all__ = ["classify_command"]
 
@@ -196,7 +197,7 @@ def classify_command(
         from facetlog.batch.pages.scene_pages import check_pages
 
         check_pages(html, len(items), read, (out, report))
-    outcome = Outcome(comparison=comparison)
+    outcome = Outcome(comparison=comparison, overlaps=_watch_overlaps(settings.models))
     with _open_workers(settings, run, len(items)) as crew:
         check_model_names(crew.models)
         if known.labels is not None:
@@ -214,6 +215,20 @@ def classify_command(
     _print_outcome(outcome, as_json=as_json and out is not None)
     differ = comparison is not None and bool(comparison.changes)
     return NO if differ or (run.strict and outcome.errors) else YES
+
+
+def _watch_overlaps(models: Sequence[str]) -> "Overlaps | None":
+    """Return the counts of built-in models that hold wherever one of these does, if there are any
+    in the model language."""
+    if not models:
+        return None
+    from facetlog.grammar.analysis import analyse
+    from facetlog.kb.loading.rule_source import MODEL_SUFFIX
+    from facetlog.kb.overlaps import Overlaps, list_stated_orders
+    from facetlog.kb.recognize import rule_files
+
+    files = [path for path in rule_files(map(Path, models)) if path.suffix == MODEL_SUFFIX]
+    return Overlaps(list_stated_orders(map(analyse, files)))
 
 
 def _resolve_models(paths: Sequence[Path]) -> tuple[str, ...]:
@@ -359,7 +374,7 @@ def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
 
 
 def _format_row(row: "Row") -> str:
-    from facetlog.batch.rows import get_confidence_or_degree
+    from facetlog.batch.rows import read_confidence
 
     if row["error"] is not None:
         return fit_on_one_line(
@@ -367,7 +382,8 @@ def _format_row(row: "Row") -> str:
         )
     if row["model"] is None:
         return fit_on_one_line(f"{row['path']}: none")
-    return fit_on_one_line(f"{row['path']}: {row['model']} ({get_confidence_or_degree(row):.0%})")
+    sure = read_confidence(row).format(row["degree"])
+    return fit_on_one_line(f"{row['path']}: {row['model']} ({sure})")
 
 
 def _print_outcome(outcome: "Outcome", *, as_json: bool) -> None:
@@ -375,6 +391,8 @@ def _print_outcome(outcome: "Outcome", *, as_json: bool) -> None:
     _warn_of(outcome.errors, *WITH_ERRORS)
     _warn_of(outcome.warnings, "more warning of a scene", "more warnings of scenes")
     note(outcome.summary)
+    for hint in () if outcome.overlaps is None else outcome.overlaps.iter_lines():
+        note(hint)
     for line in () if outcome.profile is None else outcome.profile.lines():
         typer.echo(printable(line), err=True)
     if as_json:

@@ -25,7 +25,10 @@ Scene = Annotated[
 ]
 Parts = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[PART=FACE]...", help="Faces that are given for parts, as top=f1."),
+    typer.Argument(
+        metavar="[PART=FACE]...",
+        help="Faces or pieces that are given for parts, as top=f1; of a set, whether it has them.",
+    ),
 ]
 
 _WAYS_TO_STATE = {
@@ -70,7 +73,7 @@ def why_command(
 ) -> int:
     """Explain why a model holds or does not, or where a face, piece or fact comes from.
 
-    Exit code 0: the model holds, 1: it does not.
+    Exit code 0: the model holds, or what is given for a set belongs to it, 1: it does not.
     """
     from facetlog.query_shell.explaining import is_origin, make_unknown_subject_error, origin, why
     from facetlog.query_shell.scene_names import scene_names

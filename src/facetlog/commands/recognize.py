@@ -265,7 +265,9 @@ def recognize_command(
 
     def recognize(base: "KnowledgeBase", progress: Progress | None, clock: StepClock) -> Recognised:
         view_set = read_views(progress=progress, clock=clock)
-        return recognize_views(view_set, base=base, method=method, progress=progress, clock=clock)
+        return recognize_views(
+            view_set, base=base, method=method, progress=progress, clock=clock, near=True
+        )
 
     return _recognize(recognize, judging, output, inputs=(source,))
 
@@ -280,7 +282,7 @@ def _recognize_shape(
     def recognize(base: "KnowledgeBase", _: Progress | None, clock: StepClock) -> Recognised:
         with clock.step("read"):
             scene = read_shape(path, options, stated.scale).scene
-        return recognize_scene(scene, ViewSet(scene.name, ()), base=base, clock=clock)
+        return recognize_scene(scene, ViewSet(scene.name, ()), base=base, clock=clock, near=True)
 
     return _recognize(recognize, judging, output, inputs=(path,))
 
@@ -341,7 +343,9 @@ def demo_command(
 
     def recognize(base: "KnowledgeBase", progress: Progress | None, clock: StepClock) -> Recognised:
         view_set = render_simulated_views(world, seed, progress=progress, clock=clock)
-        return recognize_views(view_set, base=base, method=method, progress=progress, clock=clock)
+        return recognize_views(
+            view_set, base=base, method=method, progress=progress, clock=clock, near=True
+        )
 
     return _recognize(recognize, judging, output)
 

@@ -25,6 +25,7 @@ from facetlog.judging.view_verdicts import (
     ViewVerdict,
     verdict_of,
 )
+from facetlog.kb.confidence import DEGREES_ASKED, Confidence
 from facetlog.pipeline import open_models
 from facetlog.recordings.on_scene import outlined
 from facetlog.recordings.recording_request import open_recording
@@ -108,7 +109,9 @@ class _Judging:
 
 def _drop_confidences(recognition: "Recognition") -> "Recognition":
     """Replace confidences by degrees."""
-    verdicts = tuple(replace(each, confidence=None) for each in recognition.verdicts)
+    verdicts = tuple(
+        replace(each, confidence=Confidence(reason=DEGREES_ASKED)) for each in recognition.verdicts
+    )
     return replace(recognition, verdicts=verdicts)
 
 

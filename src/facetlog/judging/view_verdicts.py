@@ -17,6 +17,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 from facetlog.errors import EngineError, FacetlogError
+from facetlog.kb.confidence import DEGREES_ASKED, Confidence
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.perception.name_lists import named
@@ -117,7 +118,9 @@ def verdict_of(
     """Return the verdict on so many views; with `degrees` in place of confidences."""
     best = recognition.best
     if degrees:
-        best = tuple(replace(verdict, confidence=None) for verdict in best)
+        best = tuple(
+            replace(verdict, confidence=Confidence(reason=DEGREES_ASKED)) for verdict in best
+        )
     # Of several things a model may be open for one and excluded for another: then it is open.
     open_for = {v.model: None for v in recognition.verdicts if v.state is State.UNKNOWN}
     asked = {verdict.model: None for verdict in recognition.verdicts}

@@ -9,9 +9,16 @@ from typing import TYPE_CHECKING, Any
 import cv2
 
 from facetlog import __version__
+from facetlog.kb.explaining.near import format_nearest
 from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
-from facetlog.kb.explaining.verdict_text import format_holding, format_parts, format_sizes, mark
+from facetlog.kb.explaining.verdict_text import (
+    format_holding,
+    format_origin,
+    format_parts,
+    format_sizes,
+    mark,
+)
 from facetlog.page.model_view import loose_edges, model_view
 from facetlog.page.seen_outlines import seen_outlines
 from facetlog.page.uncertainty import compute_ellipsoid_scale
@@ -152,11 +159,13 @@ def _name_unseen_spaces(pieces: "ShownPieces") -> dict[str, str]:
 
 def _verdict(verdict: "Verdict", spaces: dict[str, str]) -> dict[str, Any]:
     parts, sizes = format_parts(verdict), format_sizes(verdict)
+    origin = format_origin(verdict) if verdict.state is State.HOLDS else ""
     faces = " ".join(face for part in verdict.parts for face in part.faces)
     return {
         "summary": verdict.summary,
         "state": STANDS[verdict.state],
         "lines": [
+            *([_mark_names(origin)] if origin else ()),
             *([{"text": f"parts: {parts}", "names": faces}] if verdict.parts else ()),
             *([_mark_names(f"sizes: {', '.join(sizes)}")] if sizes else ()),
         ],
@@ -181,6 +190,7 @@ def _condition(
     proof = condition.proof
     space = spaces.get(verdict.thing)
     open_space = (space,) if space and condition.may_be_settled else ()
+    nearest = format_nearest(condition.nearest, verdict.length_unit)[:1]
     return {
         "state": STANDS[proof.state],
         "mark": mark(condition),
@@ -188,7 +198,10 @@ def _condition(
         "said": condition.said,
         "degree": f"{proof.low:.0%}",
         "origin": condition.origin,
-        "steps": _tree(steps(proof, verdict.length_unit), open_space),
+        "steps": [
+            *_tree(steps(proof, verdict.length_unit), open_space),
+            *({**_mark_names(text), "steps": []} for text in nearest),
+        ],
     }
 
 

@@ -111,11 +111,13 @@ def make_unknown_subject_error(
 def why(session: Session, scene: str, about: About, *, full: bool = False) -> Explanation:
     """Explain why the model holds for what fits it best; if it does not, what is missing.
 
-    With `full` by its whole proof, and where each face comes from, down to pixels. Raises
-    QueryError for a model, a thing, a part or a face that there is not.
+    Of parts that are given for sets, whether they belong to them. With `full` by its whole proof,
+    and where each face comes from, down to pixels. Raises QueryError for a model, a thing, a part
+    or a face that there is not.
     """
     verdict = session.base.why(scene, about.model, thing=about.thing, parts=about.parts)
-    holds = verdict.state is State.HOLDS
+    states = [member.state for member in verdict.asked] or [verdict.state]
+    holds = all(state is State.HOLDS for state in states)
     faces = tuple(dict.fromkeys(f for part in verdict.parts for f in part.faces)) if full else ()
     origins = {face: session.base.origin(scene, face) for face in faces}
     unit = session.base.scenes[scene].length_unit

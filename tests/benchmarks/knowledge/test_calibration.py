@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.common import Settings, text
 from benchmarks.knowledge import calibration_scenes
-from benchmarks.knowledge.calibration import Judged, estimate_chance_error, judged, report, write
+from benchmarks.knowledge.calibration import estimate_chance_error, judged, report, write
 from benchmarks.knowledge.calibration_scenes import (
     LABELS,
     OPEN,
@@ -19,8 +19,8 @@ from benchmarks.knowledge.calibration_scenes import (
     truth,
 )
 from benchmarks.pictures.recognition import tour_views
-from facetlog.kb.calibration import Calibration, InputKind
-from facetlog.kb.calibration_fit import fit
+from facetlog.kb.calibration import Calibration
+from facetlog.kb.calibration_fit import Sample, fit
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
@@ -37,14 +37,14 @@ def facts_of(scene: Scene) -> tuple[Fact, ...]:
 
 def exact(world: str, builder: str) -> LabelledScene:
     facts = facts_of(build(builder, {}))
-    return LabelledScene(world, f"tour of {world}", facts, find_main_thing(facts))
+    return LabelledScene(world, f"tours: {world}", facts, find_main_thing(facts))
 
 
 @pytest.fixture(scope="module")
-def found() -> Judged:
+def found() -> tuple[Sample, ...]:
     scenes = [exact("boxes", "cuboid"), exact("cabinet", "cabinet"), exact("tables", "table")]
     return judged(
-        [*scenes, exact("bench", "bench"), LabelledScene("cylinder", "tour of cylinder", (), None)]
+        [*scenes, exact("bench", "bench"), LabelledScene("cylinder", "tours: cylinder", (), None)]
     )
 
 
@@ -64,16 +64,6 @@ def test_every_label_of_a_shape_has_its_truth(
 ) -> None:
     assert truth(LabelledScene(label, "kenney", (), None), model) is expected
     assert set(LABELS) >= {"box", "chair", "table"}
-
-
-def test_a_scene_is_of_the_kind_of_its_main_thing() -> None:
-    facts: tuple[Fact, ...] = (("whole", "t2"), ("scanned", "t1"))
-    kinds = {thing: LabelledScene("box", "s", facts, thing).kind for thing in ("t1", "t2", "t3")}
-    assert kinds == {
-        "t1": InputKind.SCANNED,
-        "t2": InputKind.WHOLE,
-        "t3": InputKind.PICTURES,
-    }
 
 
 def test_the_main_thing_is_the_one_of_the_largest_faces() -> None:
@@ -117,28 +107,29 @@ def test_facts_are_kept_by_world_and_seed_and_code(
     assert len(reconstructed) == 4
 
 
-def test_every_model_is_asked_of_every_thing_but_where_people_differ(found: Judged) -> None:
-    models = {model for model, _ in found.judging_keys}
+def test_every_model_is_asked_of_every_thing_but_where_people_differ(
+    found: tuple[Sample, ...],
+) -> None:
+    models = {sample.model for sample in found}
     worlds = ("boxes", "cabinet", "tables", "bench")
     open_ones = sum(world in worlds and model in models for world, model in OPEN)
-    assert len(found.samples) == 4 * len(models) - open_ones
-    assert sum(s.truth for s in found.samples if s.model in ("box", "table", "chair")) == 2
-    holding = {(s.source, s.model) for s in found.samples if s.state is State.HOLDS}
-    assert {("tour of boxes", "box"), ("tour of bench", "table")} <= holding
+    assert len(found) == 4 * len(models) - open_ones
+    assert sum(s.truth for s in found if s.model in ("box", "table", "chair")) == 2
+    holding = {(s.source, s.model) for s in found if s.state is State.HOLDS}
+    assert {("tours: boxes", "box"), ("tours: bench", "table")} <= holding
 
 
-def test_the_report_counts_scenes_sources_and_samples(found: Judged) -> None:
+def test_the_report_counts_scenes_sources_and_samples(found: tuple[Sample, ...]) -> None:
     said = report(Settings(), found)
-    sources, errors, before, after, held, states = said.tables
-    assert said.to_json()["settings"]["scenes"] == 5
+    sources, errors, models, before, after, weights = said.tables
     assert len(sources.rows) == 4
     assert errors.rows[0]["of"] == "all"
-    assert errors.rows[0]["pairs"] == len(found.samples)
+    assert errors.rows[0]["pairs"] == len(found)
+    holding = sum(s.state is State.HOLDS for s in found)
     for table in (before, after):
-        assert sum(int(str(row["verdicts"])) for row in table.rows) == len(found.samples)
-    holding = sum(s.state is State.HOLDS for s in found.samples)
-    assert sum(int(str(row["verdicts"])) for row in held.rows) == holding > 0
-    assert sum(int(str(row["pairs"])) for row in states.rows) == len(found.samples)
+        assert sum(int(str(row["verdicts"])) for row in table.rows) == holding > 0
+    assert [row["verdicts"] for row in models.rows[:1]] == [holding]
+    assert {row["state"] for row in weights.rows} == {s.state.value for s in found}
     lines = "\n".join(text(said.to_json()))
     assert "ECE calibrated" in lines
     assert "--fit writes this one" in lines
@@ -152,8 +143,8 @@ def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() ->
     assert estimate_chance_error([0.0, 1.0]) == 0.0
 
 
-def test_what_is_written_is_the_calibration(found: Judged, tmp_path: Path) -> None:
-    calibration = fit(found.samples, dict(found.judging_keys))
+def test_what_is_written_is_the_calibration(found: tuple[Sample, ...], tmp_path: Path) -> None:
+    calibration = fit(found)
     write(calibration, tmp_path / "c.json")
     kept = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
     assert Calibration.from_json(kept) == calibration

@@ -96,3 +96,11 @@ def test_any_verdicts_are_ordered_once_and_the_same_again(verdicts: list[_Verdic
     assert best_first(verdicts) == found
     if not any(v.specialises or v.rather_than for v in verdicts):
         assert found[:1] == sorted(holding, key=lambda v: -v.degree)[:1] or found[0].own
+
+
+def test_users_own_models_come_first_whatever_thing_they_are_of() -> None:
+    table = _Verdict("table", HOLDS, 1.0, thing="t1")
+    trolley = _Verdict("trolley", HOLDS, 0.6, thing="t2", own=True)
+    desk = _Verdict("desk", HOLDS, 0.7, ("trolley",), thing="t2")
+    assert best_first((table, trolley)) == [trolley, table]
+    assert best_first((table, trolley, desk)) == [desk, trolley, table]

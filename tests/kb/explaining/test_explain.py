@@ -146,8 +146,12 @@ def test_given_parts_choose_among_the_candidates(facts_of: Build) -> None:
     ("thing", "parts", "message"),
     [
         ("t9", {}, "no thing t9"),
-        (None, {"top": "f99"}, r"no face or edge f99: it has f\d+ to f\d+, e\d+ to e\d+$"),
-        (None, {"lid": "f1"}, "no part lid: it has top$"),
+        (
+            None,
+            {"top": "f99"},
+            r"no part f99 for this model: it has f\d+ to f\d+, e\d+ to e\d+$",
+        ),
+        (None, {"lid": "f1"}, "no part lid: it has top"),
     ],
 )
 def test_what_is_not_there_is_named(

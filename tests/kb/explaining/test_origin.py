@@ -103,8 +103,9 @@ def test_a_piece_comes_from_the_faces_of_its_own(with_pieces: list[Fact]) -> Non
     assert piece.size == (0.4, 0.3, 0.02)
     assert [face.name for face in piece.faces] == ["f1", "f2"]
     assert piece.faces[0].corners[1].sightings[0].picture == "00.png"
-    kind, measured, thing, size, heights = next(piece.lines(length_unit="m")).split(", ")
-    assert (kind, measured, thing) == ("p1: a piece", "measured", "part of t1")
+    kind, limit, measured, thing, size, heights = next(piece.lines(length_unit="m")).split(", ")
+    assert (kind, limit) == ("p1: a board (thickness 6.667 % of width", "limit 35 %)")
+    assert (measured, thing) == ("measured", "part of t1")
     assert (size, heights) == ("(40.0 × 30.0 × 2.0) ± 0.1 cm", "(10.0 to 12.0) ± 0.1 cm up")
     assert json.loads(json.dumps(piece.to_json()))["kind"] == "piece"
 

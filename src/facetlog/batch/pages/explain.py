@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from facetlog.batch.loaded_scene import SCENE, loaded_scene
-from facetlog.batch.rows import HOLDS, Row
+from facetlog.batch.rows import HOLDS, Row, read_confidence
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import FacetlogError, QueryError
 from facetlog.kb.explaining.verdict import Verdict
@@ -80,15 +80,16 @@ def _why(base: KnowledgeBase, row: Row) -> Verdict:
     """Return the proof of the verdict in the row: of its thing, with the parts that it has there.
 
     Without those parts all assignments would be searched anew, which in a cluttered room takes
-    minutes. Groups of parts, which stand behind them in the row, follow from them and cannot be
-    given: of a row's parts as many are given as the model has.
+    minutes. Sets of parts, which stand behind them in the row, follow from them: of a row's parts
+    as many are given as the model knows.
     """
     named = [(part["role"], part["names"]) for part in row["parts"]]
     parts = [(role, *names) for role, names in named if len(names) == 1]
     while True:
         try:
             found = base.why(SCENE, row["model"], thing=row["thing"], parts=dict(parts))
-            return replace(found, confidence=row["confidence"])  # of given parts it has none
+            # of given parts it has no confidence
+            return replace(found, confidence=read_confidence(row), asked=())
         except QueryError:
             if not parts:
                 raise

@@ -11,7 +11,7 @@ from facetlog.batch.outcome import Outcome
 from facetlog.batch.pages.explain import Mistaken
 from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
-from facetlog.batch.rows import HOLDS, Row, closest, get_confidence_or_degree
+from facetlog.batch.rows import HOLDS, Row, closest, read_confidence
 from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.perception.atomic_write import open_atomically
 from facetlog.plurals import many
@@ -125,8 +125,12 @@ def _chips(row: Row, mistake: Mistake, classes: Sequence[str]) -> Iterator[tuple
         kind = ("wrong" if model == mistake.answered else "holds") if holds else ""
         yield (
             kind,
-            f"{model} {f'{get_confidence_or_degree(verdict):.0%}' if holds else verdict['state']}",
+            f"{model} {_format_confidence(verdict) if holds else verdict['state']}",
         )
+
+
+def _format_confidence(verdict: Row) -> str:
+    return read_confidence(verdict).format(verdict["degree"])
 
 
 def _mistaken(mistake: Mistake, row: Row) -> dict[str, Any]:

@@ -44,7 +44,7 @@ def _page(item: Item, settings: Settings, sha256: str) -> str:
         raise InputError("it was changed since it was classified")
     scene = read_shape(place, shape_options(item, settings))
     with loaded_scene(scene, settings) as base:
-        found = judge_loaded_scene(base, SCENE)
+        found = judge_loaded_scene(base, SCENE, near=True)
     others = tuple(verdict for verdict in found.verdicts if verdict not in found.best)
     pieces = shown_pieces(scene)
     return page(Subject(scene, pieces, found.best, others, warnings=scene.warnings))

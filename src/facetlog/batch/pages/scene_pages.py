@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
-from facetlog.batch.rows import Row, get_confidence_or_degree
+from facetlog.batch.rows import Row, read_confidence
 from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable, output_folder
@@ -121,6 +121,6 @@ def _entry(row: Row, names: dict[str, str], missing: dict[str, str]) -> dict[str
         "path": printable(path),
         "page": "" if why_not else quote(names[path]),
         "answer": "" if row["error"] else row["model"] or "none",
-        "sure": f"{get_confidence_or_degree(row):.0%}" if held else "",
+        "sure": read_confidence(row).format(row["degree"]) if held else "",
         "why_not": printable(why_not.removeprefix(f"{path}: ")),
     }

@@ -21,6 +21,7 @@ from facetlog.commands.shape_options import Scale, StatedOptions
 from facetlog.commands.shared import NO, YES, AsJson, Trust, command
 from facetlog.errors import InputError
 from facetlog.plurals import many
+from facetlog.terminal import note
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -89,6 +90,8 @@ def examples_command(
     def run() -> Ran:
         tested, used = test()
         typer.echo(write(tested, coverage=coverage))
+        for line in tested.hints:
+            note(line)
         if any(fault.code == "unreadable" for fault in tested.faults):
             return Ran(InputError.exit_code, used)
         return Ran(YES if tested.passed else NO, used)
@@ -119,11 +122,13 @@ def _split_arguments(arguments: list[str]) -> tuple[tuple[Path, ...], tuple[Path
 
 @dataclass(frozen=True, slots=True)
 class Tested:
-    """Results of a run, with the faults that kept files from being tested."""
+    """Results of a run, with the faults that kept files from being tested; `hints` name built-in
+    models that hold wherever one of these does."""
 
     analyses: "tuple[Analysis, ...]"
     faults: "tuple[Fault, ...]"
     results: "tuple[CaseResult, ...]"
+    hints: tuple[str, ...]
 
     @property
     def passed(self) -> bool:
@@ -144,6 +149,7 @@ def _test_files(
     from facetlog.kb.examples import list_example_cases, run_cases
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.kb.labelled_scenes import read_labelled_cases
+    from facetlog.kb.overlaps import Overlaps, list_stated_orders
     from facetlog.perception.shapes.shape_options import SUFFIXES
 
     paths, labelled = _split_arguments(arguments)
@@ -177,10 +183,12 @@ def _test_files(
                 suffixes=SUFFIXES,
             )
             used.add(source)
-        results = {result.case: result for result in run_cases(base, cases)}
+        overlaps = Overlaps(list_stated_orders(analyses))
+        results = {result.case: result for result in run_cases(base, cases, overlaps)}
     used |= {case.file for case in cases if case.file is not None and case.file.is_file()}
     ordered = tuple(results[case] for case in cases)
-    return Tested(tuple(analyses), distinct(faults), ordered), frozenset(used)
+    hints = tuple(overlaps.iter_lines())
+    return Tested(tuple(analyses), distinct(faults), ordered, hints), frozenset(used)
 
 
 def _list_lines(tested: Tested) -> dict[str, Mapping[str, bool]]:

@@ -1,0 +1,109 @@
+"""The solid pieces that a mesh was cut into, as parts of its scene's bodies."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from facetlog.perception.pieces.solid_pieces import SolidPieces
+from facetlog.perception.ragged import Bools, Indices, sum_by_group
+from facetlog.perception.scene import Scene, SolidPiece, Solids
+from facetlog.perception.space.surface_points import inner_points
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.types import FloatArray
+
+# The surface is looked at in places so far apart, as a share of the scene's diagonal.
+SPACING_SHARE = 1.0 / 64.0
+# A place is on a piece if it is no farther outside its hull than this share of the diagonal: what
+# the fit of a face leaves, and the samples of what is curved.
+NEAR_SHARE = 1.0 / 512.0
+# Pieces are a body's if they have all of its surface but for this share: edges that were rounded.
+UNOWNED = 0.05
+
+
+def add_solids(scene: Scene, found: SolidPieces) -> Scene:
+    """Return the scene with the pieces of its bodies; a body of which some surface is on no piece
+    gets none.
+    """
+    if not found or not scene.bodies:
+        return scene
+    size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
+    points, face, body, areas = _sample_surface(scene, SPACING_SHARE * size)
+    on = np.array([_find_near(points, piece.hull, NEAR_SHARE * size) for piece in found.pieces])
+    counted = body >= 0
+    votes = np.array(
+        [sum_by_group(body[own & counted], areas[own & counted], len(scene.bodies)) for own in on]
+    )
+    body_of = votes.argmax(axis=1)
+    flat = face >= 0
+    shares = np.array(
+        [sum_by_group(face[own & flat], areas[own & flat], len(scene.faces)) for own in on]
+    )
+    owner = np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
+    bodies = []
+    for number, each in enumerate(scene.bodies):
+        rows = np.flatnonzero((body_of == number) & votes.any(axis=1))
+        own = body == number
+        covered = float(areas[own & on[rows].any(axis=0)].sum())
+        if not len(rows) or covered < (1.0 - UNOWNED) * float(areas[own].sum()):
+            bodies.append(each)
+            continue
+        solids = _make_solids(found, rows, owner)
+        bodies.append(replace(each, solids=solids))
+    return replace(scene, bodies=tuple(bodies))
+
+
+def _make_solids(found: SolidPieces, rows: Indices, owner: Indices) -> Solids:
+    """Return the pieces with these numbers; `owner` (f,) is the number of each face's piece."""
+    pieces = tuple(
+        SolidPiece(
+            cut.hull, cut.axes, cut.section_round, tuple(np.flatnonzero(owner == row).tolist())
+        )
+        for row, cut in ((row, found.pieces[row]) for row in rows.tolist())
+    )
+    place = {row: i for i, row in enumerate(rows.tolist())}
+    joins = tuple(
+        (place[one], place[other])
+        for one, other in found.contacts
+        if one in place and other in place
+    )
+    return Solids(pieces, joins, min(1.0, found.explained))
+
+
+def _sample_surface(
+    scene: Scene, spacing: float
+) -> tuple[FloatArray, Indices, Indices, FloatArray]:
+    """Return places (n, 3) all over the surface, their faces and bodies (n,), -1 for none, and the
+    area (n,) that each stands for.
+    """
+    table = FaceTable.of(scene)
+    points, face = inner_points(table.faces, spacing)
+    counts = np.bincount(face, minlength=len(scene.faces))
+    areas = (table.areas / np.maximum(counts, 1))[face]
+    body_of_face = np.full(len(scene.faces), -1, dtype=np.intp)
+    body_of_patch = np.full(len(scene.patches), -1, dtype=np.intp)
+    for number, body in enumerate(scene.bodies):
+        body_of_face[list(body.faces)] = number
+        body_of_patch[list(body.patches)] = number
+    patches = scene.patches
+    lengths = [len(patch.points) for patch in patches]
+    return (
+        np.concatenate([points, *(patch.points for patch in patches)]),
+        np.concatenate([face, np.full(sum(lengths), -1)]).astype(np.intp),
+        np.concatenate([body_of_face[face], np.repeat(body_of_patch, lengths)]).astype(np.intp),
+        np.concatenate([areas, *(patch.areas for patch in patches)]),
+    )
+
+
+def _find_near(points: FloatArray, hull: FloatArray, slack: float) -> Bools:
+    """Return which points (n, 3) lie within the convex hull of others, or so little outside."""
+    near: Bools = ((points >= hull.min(axis=0) - slack) & (points <= hull.max(axis=0) + slack)).all(
+        axis=1
+    )
+    try:
+        sides = ConvexHull(hull).equations
+    except QhullError:
+        return near
+    rows = np.flatnonzero(near)
+    near[rows] = (points[rows] @ sides[:, :3].T + sides[:, 3] <= slack).all(axis=1)
+    return near

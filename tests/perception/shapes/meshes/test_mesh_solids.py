@@ -1,0 +1,69 @@
+"""Which pieces the bodies of a mesh's scene get, and what facts say of them."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.scene_file import decode_scene, encode_scene
+from tests.perception.shapes.meshes.made_meshes import block, scene_of, table, together
+
+
+def wheel(x: float, y: float) -> trimesh.Trimesh:
+    ends = [(x, y, 0.05), (x, y + 0.03, 0.05)]
+    return trimesh.creation.cylinder(0.05, segment=ends, sections=32)
+
+
+def turned(made: trimesh.Trimesh, turn: Rotation) -> Scene:
+    moved = trimesh.Trimesh(turn.apply(made.vertices), made.faces, process=False)
+    return scene_of(moved, up=turn.apply((0.0, 0.0, 1.0)))
+
+
+def test_each_body_gets_the_pieces_that_have_its_faces() -> None:
+    scene = scene_of(together(table(), block((3.0, 0.0, 0.0), (3.5, 0.4, 0.3))))
+    assert [len(body.solids.pieces) for body in scene.bodies if body.solids] == [5, 1]
+    for body in scene.bodies:
+        assert body.solids is not None
+        owned = [face for piece in body.solids.pieces for face in piece.faces]
+        assert sorted(owned) == sorted(body.faces)
+
+
+def test_what_is_partly_a_single_layer_has_no_solids() -> None:
+    corners = [(0, 0, 0.7), (1.2, 0, 0.7), (1.2, 0.8, 0.7), (0, 0.8, 0.7)]
+    sheet = trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3)])
+    legs = [block((x, y, 0.0), (x + 0.1, y + 0.1, 0.7)) for x in (0.0, 1.1) for y in (0.0, 0.7)]
+    (body,) = scene_of(together(sheet, *legs)).bodies
+    assert body.solids is None
+
+
+@pytest.mark.parametrize("turn", [Rotation.identity(), Rotation.random(random_state=3)])
+def test_facts_of_pieces_are_exact_in_any_frame(turn: Rotation) -> None:
+    kinds = {"piece_size", "explained", "carries", "piece_on_ground"}
+    rows = fact_rows(turned(table(overlap=0.01), turn), kinds)
+    sizes = sorted(row[1:4] for row in rows["piece_size"])
+    assert np.array(sizes[-1]) == pytest.approx([1.2, 0.8, 0.04], abs=1e-5)
+    assert np.array(sizes[:4]) == pytest.approx(np.tile([0.71, 0.06, 0.06], (4, 1)), abs=1e-5)
+    assert rows["explained"] == [("t1", pytest.approx(1.0))]
+    assert len(rows["carries"]) == len(rows["piece_on_ground"]) == 4
+
+
+def test_a_wheel_is_round_whatever_its_flat_sides() -> None:
+    wheels = [wheel(x, y) for x in (0.1, 0.9) for y in (0.02, 0.55)]
+    scene = scene_of(together(block((0, 0, 0.1), (1.0, 0.6, 0.14)), *wheels))
+    rows = fact_rows(scene, {"piece_round"})["piece_round"]
+    assert sorted(share > 0.9 for _, share in rows) == [False, *[True] * 4]
+
+
+def test_what_stands_on_a_board_on_the_ground_stands_on_the_ground() -> None:
+    lower, upper = (block((0, 0, z), (1.0, 0.1, z + 0.03)) for z in (0.0, 0.13))
+    blocks = [block((x, 0, 0.03), (x + 0.14, 0.1, 0.13)) for x in (0.0, 0.43, 0.86)]
+    rows = fact_rows(scene_of(together(lower, *blocks, upper)), {"piece_on_ground"})
+    assert len(rows["piece_on_ground"]) == 4
+
+
+def test_a_scene_file_keeps_solids() -> None:
+    scene = scene_of(table())
+    kinds = {"piece_size", "piece_face", "joins", "explained", "piece_round"}
+    assert fact_rows(decode_scene(encode_scene(scene)), kinds) == fact_rows(scene, kinds)
