@@ -2,8 +2,9 @@
 
 import csv
 import io
+import logging
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
@@ -22,6 +23,8 @@ cells empty."""
 MOST_BYTES = 10_000_000
 """Size limit of a table: some hundred thousand labels. A larger file is none."""
 
+
+_LOG = logging.getLogger(__name__)
 
 SceneReader: TypeAlias = Callable[[Path], Iterable[Fact]]
 
@@ -86,6 +89,7 @@ def read_labelled_cases(
     except csv.Error as exc:
         raise InputError(f"{table}:{reader.line_num}: {exc}") from exc
     if table is not path:
+        _warn_of_others(path, [(row["model"] or "").strip() for _, row in rows], models)
         rows = [(line, row) for line, row in rows if (row["model"] or "").strip() in models]
     return tuple(_read_row(table, line, row, facts, on_demand, models) for line, row in rows)
 
@@ -97,11 +101,35 @@ def _list_named_cases(
     known: frozenset[str],
     suffixes: Collection[str],
 ) -> tuple[Case, ...]:
+    try:
+        named = {path: _split_name(path, suffixes) for path in sorted(folder.iterdir())}
+    except OSError as exc:
+        raise InputError(f"{folder} cannot be read: {exc.strerror or exc}") from exc
+    stated = {path: name for path, name in named.items() if name is not None}
+    _warn_of_others(folder, [model for model, _ in stated.values()], known)
     return tuple(
-        _build_case(str(path), path, *named, facts, on_demand)
-        for path in sorted(folder.iterdir())
-        if (named := _split_name(path, suffixes)) is not None and named[0] in known
+        _build_case(str(path), path, model, state, facts, on_demand)
+        for path, (model, state) in stated.items()
+        if model in known
     )
+
+
+def _warn_of_others(folder: Path, models: Sequence[str], known: Collection[str]) -> None:
+    """Warn of the files of a folder that are left out, since no model of their name is tested.
+
+    Raise InputError if that is all of them.
+    """
+    others = [model for model in models if model not in known]
+    if len(others) == len(models):
+        raise InputError(
+            f"{folder}: no file is of a model that is tested: list them in {TABLE} (first line "
+            "file,model,expected), or name them MODEL+… (should hold) and MODEL-… (should fail)"
+        )
+    if others:
+        names = ", ".join(map(repr, sorted(set(others))))
+        _LOG.warning(
+            "%s: %d files are left out, of no model tested: %s", folder, len(others), names
+        )
 
 
 def _text(path: Path) -> str:

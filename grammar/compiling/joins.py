@@ -469,7 +469,9 @@ class _Choices:
         free = self._all
         if tests:
             free = writer.names.fresh(f"{variable.name}_fitting")
-            lies = Struct("->;", (_ALL_KNOWN, Atom("true"), Struct("possible", (join_goals(tests),))))
+            lies = Struct(
+                "->;", (_ALL_KNOWN, Atom("true"), Struct("possible", (join_goals(tests),)))
+            )
             fitting = Struct(",", (Struct("member", (variable, self._all)), lies))
             self.goals.append(Struct("findall", (variable, fitting, free)))
         self.goals.append(Struct("piece_choice", (free, count, tuple(self._taken), variable)))

@@ -212,6 +212,18 @@ def test_what_is_evenly_spaced_is_told_from_what_is_not(run, tmp_path):
     assert run("model", "test", "rack.model")[:2] == (0, "2 examples, 2 passed, 0 failed\n")
 
 
+def test_files_of_no_model_that_is_tested_are_named(run, tmp_path):
+    _write_meshes(tmp_path / "own")
+    (tmp_path / "own" / "slob-flat.ply").write_text("not read")
+    code, _, err = run("model", "test", "slab.model", "own", "--up", "y", "--unit", "cm")
+    assert (code, "own: left out, of no model that is tested (1): 'slob'" in err) == (0, True)
+    for name in ("slab+flat.ply", "slab-thick.ply"):
+        (tmp_path / "own" / name).unlink()
+    code, _, err = run("model", "test", "slab.model", "own")
+    assert (code, "no file is of a model that is tested" in err) == (2, True)
+    assert run("model", "test", "own")[0] == 2
+
+
 def test_a_built_in_model_that_holds_of_all_examples_is_named(run, tmp_path):
     text = "model parcel\n  face top\n  level: tilt(top) at most 10 deg\n"
     for width in (60, 80):
