@@ -43,7 +43,7 @@ class Hull:
 
     def contains(self, points: FloatArray, slack: float) -> Bools:
         """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
-        near = (points >= self.points.min(axis=0) - slack).all(axis=1)
+        near: Bools = np.asarray((points >= self.points.min(axis=0) - slack).all(axis=1))
         near &= (points <= self.points.max(axis=0) + slack).all(axis=1)
         heights = points[near] @ self.planes[:, :3].T + self.planes[:, 3]
         near[near] = heights.max(axis=1) <= slack

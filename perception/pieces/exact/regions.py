@@ -79,6 +79,8 @@ def find_regions(sheets: Sheets) -> Regions:
     lengths = np.linalg.norm(end - start, axis=1)
     curved = _find_curved(label[sheets.pairs], turn, lengths, areas)
     concave = (turn > CONCAVE_DEG) & ((both * (end - start)).sum(axis=1) < 0.0)
+    # two faces back to back with nothing between: parts that touch there
+    concave |= turn > 180.0 - FLAT_DEG
     concave &= ~((turn < SMOOTH_DEG) & curved[label[one]] & curved[label[two]])
     group = joined(len(corners), sheets.pairs[~concave])[1]
     return Regions(label, *fits, areas, curved, concave, group)
