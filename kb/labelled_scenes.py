@@ -128,7 +128,7 @@ def _warn_of_others(folder: Path, models: Sequence[str], known: Collection[str])
     if others:
         names = ", ".join(map(repr, sorted(set(others))))
         _LOG.warning(
-            "%s: %d files are left out, of no model tested: %s", folder, len(others), names
+            "%s: left out, of no model that is tested (%d): %s", folder, len(others), names
         )
 
 
