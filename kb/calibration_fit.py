@@ -1,10 +1,11 @@
 """Calibrations fitted to verdicts whose truth is known, and how far a forecast is off.
 
 Verdicts of each state have a logistic regression: on features of the evidence, whose weights are
-not below 0, with an effect for each kind of input and each model. All have a normal prior round 0,
-so that few cases lean on all others. Standard deviations are of the normal approximation round the
-most probable values (MacKay, "The evidence framework applied to classification networks", 1992).
-What a stranger's scenes will show is checked on sources that none of it was fitted to.
+not below 0, with an effect for each kind of input, each model, and each model on a kind. All have a
+normal prior round 0, so that few cases lean on all others. Standard deviations are of the normal
+approximation round the most probable values (MacKay, "The evidence framework applied to
+classification networks", 1992). What a stranger's scenes will show is checked on sources that none
+of it was fitted to.
 """
 
 import csv
@@ -44,6 +45,9 @@ MODEL_SD = 1.5
 """Of the effects of models. Of 1, 1.5, 2.5 and 4 the smaller make sources that were left out the
 more probable, and the larger make the error by model the smaller; this is the least that keeps it
 below 0.05."""
+PAIR_SD = 0.7
+"""Of the effects of models on one kind of input: of 0, 0.7 and 1.5 the one by which sources that
+were left out are most probable."""
 
 # Of what is kept: far below what so many samples can tell apart.
 DIGITS = 4
@@ -118,7 +122,8 @@ def _fit_scale(samples: Sequence[Sample], contents: Mapping[str, str]) -> Scale:
     design = np.hstack([features, design.reshape(len(samples), -1)])
     right = np.array([s.truth for s in samples], dtype=np.float64)
     sds = np.full(design.shape[1], PRIOR_SD)
-    sds[-len(models) :] = MODEL_SD
+    sds[count + 1 + len(KINDS) :] = PAIR_SD
+    sds[count + 1 + len(KINDS) :][: len(models)] = MODEL_SD
     found, covariance = _fit_logistic(design, right, sds, count)
     weights = np.round(found[:count], DIGITS)
     typical = features.mean(axis=0)
@@ -150,9 +155,10 @@ def _fit_scale(samples: Sequence[Sample], contents: Mapping[str, str]) -> Scale:
 
 
 def _mark_effects(kind: InputKind, model: str, models: Sequence[str]) -> FloatArray:
-    """Return 1 for the effects that a verdict has: of all, of its kind, of its model."""
-    marks = (True, *(kind is one for one in KINDS), *(model == one for one in models))
-    return np.array(marks, dtype=np.float64)
+    """Return 1 for the effects that a verdict has: of all, of its kind, of its model, of both."""
+    of_kind = np.array([kind is one for one in KINDS], dtype=np.float64)
+    of_model = np.array([model == one for one in models], dtype=np.float64)
+    return np.concatenate([[1.0], of_kind, of_model, np.outer(of_model, of_kind).ravel()])
 
 
 def _fit_logistic(
