@@ -46,7 +46,7 @@ _CORNERS = np.array(list(np.ndindex(2, 2, 2)))
 
 @dataclass(slots=True)
 class _Found:
-    """What is found of the bodies so far."""
+    """Pieces and volumes found of the bodies so far."""
 
     pieces: list[SolidPiece] = field(default_factory=list)
     hulls: list[Hull] = field(default_factory=list)
