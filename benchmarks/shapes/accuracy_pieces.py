@@ -14,8 +14,8 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.shapes.built_things import FAMILIES, Parts, iter_variants, list_builds
+from facetlog.perception.pieces.exact.cut_pieces import CutPieces
 from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
-from facetlog.perception.pieces.solid_pieces import SolidPieces
 from facetlog.perception.types import FloatArray
 
 NAME = "accuracy_pieces"
@@ -24,7 +24,7 @@ VARIANTS = 200
 OVERLAP = 0.6
 
 
-def is_as_built(parts: Parts, found: SolidPieces, turn: FloatArray) -> bool:
+def is_as_built(parts: Parts, found: CutPieces, turn: FloatArray) -> bool:
     """Return whether pieces in a frame turned by `turn` (3, 3) are the parts, one by one."""
     if len(found.pieces) != len(parts):
         return False

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from facetlog.perception.flat_faces import cross, make_plane_axes
+from facetlog.perception.pieces.exact.cut_pieces import CutPiece
 from facetlog.perception.pieces.exact.regions import Regions
 from facetlog.perception.pieces.exact.sheets import Sheets, is_inside, run_along
 from facetlog.perception.pieces.pieces import find_least_box
-from facetlog.perception.pieces.solid_pieces import SolidPiece
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray
 
@@ -135,8 +135,8 @@ def _measure_volume(sheets: Sheets, rows: Indices, of: Indices, edges: Indices) 
 
 
 def join_through(
-    sheets: Sheets, rows: Indices, pieces: list[SolidPiece], hulls: list[Hull]
-) -> tuple[list[SolidPiece], list[Hull]]:
+    sheets: Sheets, rows: Indices, pieces: list[CutPiece], hulls: list[Hull]
+) -> tuple[list[CutPiece], list[Hull]]:
     """Return the pieces of a body and their hulls, those made one that go on behind what they pass
     through: a rung whose ends show beyond the rails, a round post above and below a shelf.
 
@@ -160,7 +160,7 @@ def join_through(
         if _goes_on(hulls[one].points, hulls[two].points, away[two, one], corners)
     ]
     _, number = joined(len(pieces), pairs)
-    found: list[SolidPiece] = []
+    found: list[CutPiece] = []
     wholes: list[Hull] = []
     for own in iter_groups(number):
         hull = find_hull(np.concatenate([hulls[i].points for i in own]))
@@ -210,7 +210,7 @@ def _goes_on(one: FloatArray, two: FloatArray, axis: FloatArray, corners: FloatA
     )
 
 
-def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> SolidPiece:
+def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> CutPiece:
     """Return the piece of a convex part, with its triangles on its surface."""
     rows, hull, volume = part.rows, part.hull, part.volume
     label = regions.label[rows]
@@ -218,7 +218,7 @@ def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> Sol
     box = None if curved.any() else _find_box(regions.normals[np.unique(label)], hull)
     if box is not None:
         extents, axes, middle = box
-        return SolidPiece(
+        return CutPiece(
             hull.points + sheets.centre,
             axes,
             middle + sheets.centre,
@@ -241,7 +241,7 @@ def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> Sol
         axis = np.linalg.eigh((own * weights[:, None]).T @ own)[1][:, 0]
         directions += [axis, np.linalg.eigh((own * weights[:, None]).T @ own)[1][:, 2]]
     extents, axes, middle = find_least_box(hull.points, directions or [np.eye(3)[2]], 0.0)
-    return SolidPiece(
+    return CutPiece(
         hull.points + sheets.centre,
         axes,
         middle + sheets.centre,

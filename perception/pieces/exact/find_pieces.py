@@ -21,6 +21,7 @@ from facetlog.perception.pieces.exact.convex_parts import (
     join_through,
     make_convex_piece,
 )
+from facetlog.perception.pieces.exact.cut_pieces import CutPiece, CutPieces
 from facetlog.perception.pieces.exact.lattice import Lattice, cluster_places, make_lattice
 from facetlog.perception.pieces.exact.regions import (
     PLANE_SLACK,
@@ -30,7 +31,6 @@ from facetlog.perception.pieces.exact.regions import (
     find_regions,
 )
 from facetlog.perception.pieces.exact.sheets import Sheets, close_sheets
-from facetlog.perception.pieces.solid_pieces import SolidPiece, SolidPieces
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray
 
@@ -48,14 +48,14 @@ _CORNERS = np.array(list(np.ndindex(2, 2, 2)))
 class _Found:
     """Pieces and volumes found of the bodies so far."""
 
-    pieces: list[SolidPiece] = field(default_factory=list)
+    pieces: list[CutPiece] = field(default_factory=list)
     hulls: list[Hull] = field(default_factory=list)
     body: list[int] = field(default_factory=list)
     explained: float = 0.0
     left: list[FloatArray] = field(default_factory=list)
 
 
-def find_solid_pieces(points: FloatArray, triangles: Indices, *, step: float = 0.0) -> SolidPieces:
+def find_solid_pieces(points: FloatArray, triangles: Indices, *, step: float = 0.0) -> CutPieces:
     """Return the solid pieces of a mesh of points (n, 3), rounded to multiples of `step`.
 
     False, with the reason, where the mesh is open or encloses nothing.
@@ -64,7 +64,7 @@ def find_solid_pieces(points: FloatArray, triangles: Indices, *, step: float = 0
         np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64), step
     )
     if isinstance(sheets, str):
-        return SolidPieces(reason=sheets)
+        return CutPieces(reason=sheets)
     regions = find_regions(sheets)
     found = _Found()
     pair_body = sheets.body[sheets.pairs[:, 0]]
@@ -281,7 +281,7 @@ def _shows(box: Indices, lattice: Lattice) -> bool:
 
 def _make_box_piece(
     sheets: Sheets, rows: Indices, lattice: Lattice, boxes: Indices, volume: float
-) -> tuple[SolidPiece, Hull]:
+) -> tuple[CutPiece, Hull]:
     bounds = lattice.bounds(boxes)
     frame = lattice.frame
     corners = np.concatenate([np.where(_CORNERS, high, low) for low, high in bounds])
@@ -290,7 +290,7 @@ def _make_box_piece(
         raise ValueError("a box of cells has no volume")
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
     order = np.argsort(low - high, kind="stable")
-    piece = SolidPiece(
+    piece = CutPiece(
         hull.points + sheets.centre,
         frame[order],
         0.5 * (low + high) @ frame + sheets.centre,
@@ -320,7 +320,7 @@ def _find_on_boxes(sheets: Sheets, rows: Indices, bounds: FloatArray, frame: Flo
     return on
 
 
-def _assemble(sheets: Sheets, found: _Found) -> SolidPieces:
+def _assemble(sheets: Sheets, found: _Found) -> CutPieces:
     """Return the pieces, the largest first, without those that lie inside others."""
     kept = _drop_inner(sheets, found)
     order = sorted(kept, key=lambda i: _rank(found.pieces[i], sheets.size))
@@ -333,10 +333,10 @@ def _assemble(sheets: Sheets, found: _Found) -> SolidPieces:
     hulls = [found.hulls[i].coarsen() for i in order]
     contacts = _find_contacts(pieces, hulls, sheets)
     reason = "" if pieces else "the solid is neither convex nor made of flat or round parts"
-    return SolidPieces(pieces, contacts, explained if pieces else 0.0, left, reason)
+    return CutPieces(pieces, contacts, explained if pieces else 0.0, left, reason)
 
 
-def _rank(piece: SolidPiece, size: float) -> tuple[float, ...]:
+def _rank(piece: CutPiece, size: float) -> tuple[float, ...]:
     volume = -round(float(np.log(max(piece.volume, 1e-300))), 6)
     return (volume, *np.round(piece.middle / size, 6).tolist())
 
@@ -366,7 +366,7 @@ def _drop_inner(sheets: Sheets, found: _Found) -> list[int]:
 
 
 def _find_contacts(
-    pieces: tuple[SolidPiece, ...], hulls: list[Hull], sheets: Sheets
+    pieces: tuple[CutPiece, ...], hulls: list[Hull], sheets: Sheets
 ) -> tuple[tuple[int, int], ...]:
     """Return the pairs of pieces between which no plane of either leaves a gap."""
     found = []

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from facetlog.perception.pieces.solid_pieces import SolidPieces
+from facetlog.perception.pieces.exact.cut_pieces import CutPieces
 from facetlog.perception.ragged import Bools, Indices, sum_by_group
 from facetlog.perception.scene import Scene, SolidPiece, Solids
 from facetlog.perception.space.surface_points import inner_points
@@ -21,7 +21,7 @@ NEAR_SHARE = 1.0 / 512.0
 UNOWNED = 0.05
 
 
-def add_solids(scene: Scene, found: SolidPieces) -> Scene:
+def add_solids(scene: Scene, found: CutPieces) -> Scene:
     """Return the scene with the pieces of its bodies; a body of which some surface is on no piece
     gets none.
     """
@@ -53,7 +53,7 @@ def add_solids(scene: Scene, found: SolidPieces) -> Scene:
     return replace(scene, bodies=tuple(bodies))
 
 
-def _make_solids(found: SolidPieces, rows: Indices, owner: Indices) -> Solids:
+def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
     """Return the pieces with these numbers; `owner` (f,) is the number of each face's piece."""
     pieces = tuple(
         SolidPiece(

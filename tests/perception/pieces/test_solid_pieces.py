@@ -14,8 +14,8 @@ from benchmarks.shapes.built_things import (
     turn_at_random,
 )
 from benchmarks.shapes.own_solids import bar, block
+from facetlog.perception.pieces.exact.cut_pieces import CutPieces
 from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
-from facetlog.perception.pieces.solid_pieces import SolidPieces
 
 
 def unite_boxes(parts: Parts) -> trimesh.Trimesh:
@@ -189,7 +189,7 @@ def test_random_triangles_do_no_harm(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = np.round(rng.normal(size=(12, 3)), 1)
     found = find_solid_pieces(points, rng.integers(0, 12, (40, 3)))
-    assert isinstance(found, SolidPieces)
+    assert isinstance(found, CutPieces)
 
 
 @pytest.mark.parametrize("seed", range(6))

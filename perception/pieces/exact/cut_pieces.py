@@ -15,7 +15,7 @@ from facetlog.perception.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SolidPiece:
+class CutPiece:
     """One solid part: the least box round it, and how round it is.
 
     `hull` (n, 3) are the vertices of its convex hull in the mesh's coordinates; `axes` (3, 3) unit
@@ -40,7 +40,7 @@ class SolidPiece:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SolidPieces:
+class CutPieces:
     """The pieces, the largest first; false, with the reason, where a mesh has none to be found.
 
     `contacts` are pairs of pieces that touch, the lower number first. `explained` is the share of
@@ -48,7 +48,7 @@ class SolidPieces:
     round what no piece fills.
     """
 
-    pieces: tuple[SolidPiece, ...] = ()
+    pieces: tuple[CutPiece, ...] = ()
     contacts: tuple[tuple[int, int], ...] = ()
     explained: float = 0.0
     unexplained: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
