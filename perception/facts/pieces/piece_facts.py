@@ -21,14 +21,16 @@ from facetlog.perception.facts.pieces.solid_boxes import (
 )
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.pieces.body_solids import cut_faces
 from facetlog.perception.pieces.measure_solids import measure_solids
 from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.pieces.shown_pieces import Kind, Piece, Pieces, ShownPiece, ShownPieces
-from facetlog.perception.scene import Evidence, Scene, Solids
+from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening, find_openings, has_room_for_openings
 from facetlog.perception.space.space import Space
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
+from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
 # A piece frames an opening along this share of its rim at least: it does not just touch a corner.
@@ -442,15 +444,17 @@ def _iter_found_pieces(s: SceneMemo) -> Iterator[_Found]:
     )
     count = 0
     for index, filled in s.filled.items():
-        pieces = _find_pieces(s.things[index].solids, filled)
+        pieces = _find_pieces(s.things[index], filled, s.table.points)
         names = tuple(f"p{count + i}" for i in range(1, len(pieces.pieces) + 1))
         count += len(names)
         yield _Found(filled, s.scene.up, s.thing_names[index], names, pieces, measured)
 
 
-def _find_pieces(solids: Solids | None, filled: FilledSpace) -> Pieces:
-    """Return the pieces of a thing: its solids where they are known, else what its cells show."""
-    space, surface = filled.space, filled.surface
+def _find_pieces(thing: Thing, filled: FilledSpace, points: FloatArray) -> Pieces:
+    """Return the pieces of a thing: the solids of its closed surface, else what its cells show."""
+    space, surface, solids = filled.space, filled.surface, thing.solids
+    if solids is None and filled.known and not thing.patches:
+        solids = cut_faces(surface.faces, points)
     if solids is not None:
         return measure_solids(solids, space.axes[2], surface.corner_sd, space.cell)
     return find_pieces(space.least(), surface.faces, surface.curved, surface.lines)

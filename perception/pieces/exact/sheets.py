@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import cross
+from facetlog.perception.pieces.exact.cap_sheets import find_caps
 from facetlog.perception.ragged import Bools, Indices, joined, sum_by_group
 from facetlog.perception.types import FloatArray
 
@@ -85,9 +86,14 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     if not len(triangles):
         return "the mesh has no triangles of any area"
     one, two = _pair_half_edges(points, triangles, part[source])
-    links = np.column_stack([one // 3, two // 3])
-    starts, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    links, (starts, ends) = np.column_stack([one // 3, two // 3]), _list_half_edges(triangles)
     sheet, flip, twisted = _wind(len(triangles), links, starts[one] == starts[two])
+    caps, capped = _cap_sheets(points, triangles, sheet, np.concatenate([one, two]), flip, slack)
+    if len(caps):
+        triangles, source = np.concatenate([triangles, caps]), np.append(source, source[capped])
+        one, two = _pair_half_edges(points, triangles, part[source])
+        links, (starts, ends) = np.column_stack([one // 3, two // 3]), _list_half_edges(triangles)
+        sheet, flip, twisted = _wind(len(triangles), links, starts[one] == starts[two])
     as_given = triangles
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
     count = int(sheet.max()) + 1
@@ -130,6 +136,33 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
         float(area[open_sheet].sum() / area.sum()),
         _find_boxes(points[triangles] + centre, sheet, np.flatnonzero(open_sheet)),
     )
+
+
+def _list_half_edges(triangles: Indices) -> tuple[Indices, Indices]:
+    """Return the first and the last corner (3 m,) of the sides of triangles (m, 3)."""
+    return triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+
+
+def _cap_sheets(
+    points: FloatArray,
+    triangles: Indices,
+    sheet: Indices,
+    paired: Indices,
+    flip: Bools,
+    slack: float,
+) -> tuple[Indices, Indices]:
+    """Return the caps of open sheets, and a triangle of the sheet of each; half edges `paired`
+    have a neighbour, triangles to `flip` are wound against the others of their sheet.
+    """
+    is_open = np.ones(3 * len(triangles), dtype=np.bool_)
+    is_open[paired] = False
+    if not is_open.any():
+        return np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    # of a turned triangle the sides run from the last corner to the first
+    sides = is_open.reshape(-1, 3)
+    turned = np.where(flip[:, None], triangles[:, ::-1], triangles)
+    sides = np.where(flip[:, None], sides[:, [1, 0, 2]], sides)
+    return find_caps(points, turned, sheet, sides, slack)
 
 
 def _find_boxes(corners: FloatArray, sheet: Indices, chosen: Indices) -> FloatArray:

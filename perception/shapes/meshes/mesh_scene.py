@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
+from facetlog.perception.pieces.body_solids import add_solids
 from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
 from facetlog.perception.ragged import Indices, iter_groups, sum_by_group
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
@@ -36,7 +37,6 @@ from facetlog.perception.shapes.meshes.flat_pieces import Piece, find_flat_piece
 from facetlog.perception.shapes.meshes.mesh_bodies import Solids, find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_surroundings
 from facetlog.perception.shapes.meshes.mesh_regions import cut_off, find_regions
-from facetlog.perception.shapes.meshes.mesh_solids import add_solids
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, make_unit_vector
 from facetlog.perception.shapes.regions.surface_samples import (

@@ -43,7 +43,7 @@ def kinds(rows: FactRows) -> dict[str, str]:
         ("bench", {"board": 3}),
         ("desk", {"board": 4}),
         ("shelf", {"board": 7}),
-        ("cabinet", {"block": 1}),
+        ("cabinet", {"block": 1, "board": 1}),
         ("tray", {"board": 5}),
         ("l_block", {"block": 2}),
     ],

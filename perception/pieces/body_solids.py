@@ -1,15 +1,19 @@
-"""The solid pieces that a mesh was cut into, as parts of its scene's bodies."""
+"""The solid pieces that a closed surface is cut into, as parts of a scene's bodies."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.pieces.exact.cut_pieces import CutPieces
+from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
 from facetlog.perception.ragged import Bools, Indices, sum_by_group
 from facetlog.perception.scene import Scene, SolidPiece, Solids
 from facetlog.perception.space.surface_points import inner_points
 from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.mesh_export import triangulate_face
 from facetlog.perception.types import FloatArray
 
 # The surface is looked at in places so far apart, as a share of the scene's diagonal.
@@ -19,6 +23,26 @@ SPACING_SHARE = 1.0 / 64.0
 NEAR_SHARE = 1.0 / 512.0
 # Pieces are a body's if they have all of its surface but for this share: edges that were rounded.
 UNOWNED = 0.05
+
+
+def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
+    """Return the pieces of what flat faces enclose, if they do; `points` (n, 3) are the scene's
+    vertices.
+    """
+    filled = [triangulate_face(face, points) for face in faces]
+    corners = np.concatenate([np.zeros((0, 3, 3)), *filled])
+    found = find_solid_pieces(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    if not found:
+        return None
+    face = np.repeat(np.arange(len(faces)), [len(triangles) for triangles in filled])
+    areas = np.linalg.norm(np.cross(*np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)), axis=1)
+    shares = np.array(
+        [sum_by_group(face[p.triangles], areas[p.triangles], len(faces)) for p in found.pieces]
+    )
+    index = np.array([each.index for each in faces])
+    owner = np.full(int(index.max()) + 1, -1)
+    owner[index] = np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
+    return _make_solids(found, np.arange(len(found.pieces)), owner)
 
 
 def add_solids(scene: Scene, found: CutPieces) -> Scene:

@@ -6,9 +6,15 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
 from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.scene_file import decode_scene, encode_scene
 from tests.perception.shapes.meshes.made_meshes import block, scene_of, table, together
+
+
+def arrays(made: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:
+    return np.asarray(made.vertices), np.asarray(made.faces)
 
 
 def wheel(x: float, y: float) -> trimesh.Trimesh:
@@ -67,3 +73,24 @@ def test_a_scene_file_keeps_solids() -> None:
     scene = scene_of(table())
     kinds = {"piece_size", "piece_face", "joins", "explained", "piece_round"}
     assert fact_rows(decode_scene(encode_scene(scene)), kinds) == fact_rows(scene, kinds)
+
+
+def test_what_faces_of_a_whole_scene_enclose_is_cut_though_hidden_ends_have_none() -> None:
+    cabinet = build("cabinet", {"foot": 0.05})
+    rows = fact_rows(cabinet, {"piece_size", "piece_face", "explained", "carries"})
+    assert rows["explained"] == [("t1", pytest.approx(1.0))]
+    assert [round(row[3], 3) for row in rows["piece_size"]] == [0.4, 0.05]
+    assert len(rows["piece_face"]) == len(cabinet.faces)
+    assert rows["carries"] == [("p2", "p1")]
+
+
+def test_an_end_is_closed_only_where_it_lies_on_another_body() -> None:
+    top = block((0.0, 0.0, 0.7), (1.2, 0.8, 0.74))
+    leg = block((0.1, 0.1, 0.0), (0.2, 0.2, 0.7))
+    open_leg = trimesh.Trimesh(leg.vertices, leg.faces[leg.face_normals[:, 2] < 0.5])
+    found = find_solid_pieces(*arrays(together(top, open_leg)))
+    assert (len(found.pieces), found.explained) == (2, pytest.approx(1.0))
+    lower = open_leg.copy().apply_translation((0.0, 0.0, -0.3))
+    assert not find_solid_pieces(
+        *arrays(together(lower, lower.copy().apply_translation((1, 0, 0))))
+    )
