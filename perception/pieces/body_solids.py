@@ -81,7 +81,10 @@ def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
     """Return the pieces with these numbers; `owner` (f,) is the number of each face's piece."""
     pieces = tuple(
         SolidPiece(
-            cut.hull, cut.axes, cut.section_round, tuple(np.flatnonzero(owner == row).tolist())
+            cut.hull,
+            _make_right_handed(cut.axes),
+            cut.section_round,
+            tuple(np.flatnonzero(owner == row).tolist()),
         )
         for row, cut in ((row, found.pieces[row]) for row in rows.tolist())
     )
@@ -92,6 +95,12 @@ def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
         if one in place and other in place
     )
     return Solids(pieces, joins, min(1.0, found.explained))
+
+
+def _make_right_handed(axes: FloatArray) -> FloatArray:
+    """Return the axes (3, 3), the last one turned if they are left-handed."""
+    right: FloatArray = axes * np.where(np.linalg.det(axes) < 0.0, [[1.0], [1.0], [-1.0]], 1.0)
+    return right
 
 
 def _sample_surface(
