@@ -101,7 +101,7 @@ def test_each_solid_is_what_its_pieces_make(loaded: Loaded, scene: str, holding:
 
 def test_a_block_is_no_board_and_the_proof_says_by_which_shares(loaded: Loaded) -> None:
     said = "\n".join(_verdict(loaded[0], "cuboid", "table2").iter_miss_lines())
-    assert "p1 is no board: it is a block (thickness 75.0 % of width, limit 35 %)" in said
+    assert "p1 is no board: it is a block (thickness 75.00 % of width, limit 35 %)" in said
 
 
 def test_a_chair_is_no_table_since_something_stands_on_it(loaded: Loaded) -> None:
