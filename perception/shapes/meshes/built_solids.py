@@ -91,7 +91,7 @@ def build_solids(solids: Sequence[Solid], name: str = "") -> Scene:
     Raise ValueError, with the way out, for unknown builders or sizes, and for what nothing can be.
 
     >>> legs = Solid("cuboid", {"width": 0.1, "depth": 0.1, "height": 0.6, "along": 1, "across": 1})
-    >>> top = Solid("cylinder", {"diameter": 1.0, "height": 0.05, "z": 0.6})
+    >>> top = Solid("cylinder", {"diameter": 1.4, "height": 0.05, "x": -0.2, "y": -0.2, "z": 0.6})
     >>> scene = build_solids([legs, top])
     >>> scene.metric, len(scene.bodies)
     (True, 1)
