@@ -68,7 +68,7 @@ class Solid:
             first, length = placed.get(start, 0.0), placed.get(over)
             number = placed.get(count, 2.0 if length is not None else 1.0)
             if not all(0 <= x <= MOST_LENGTH_M for x in (first, length or 0.0)):
-                raise ValueError(f"the place of a {self.builder} is beyond {MOST_LENGTH_M:g} m")
+                raise ValueError(f"the place of a {self.builder} is outside of 0 to {MOST_LENGTH_M:g} m")
             if length is None:
                 if count in placed:
                     raise ValueError(f"{count} of a {self.builder}: say {over} which length")
@@ -90,8 +90,9 @@ def build_solids(solids: Sequence[Solid], name: str = "") -> Scene:
 
     Raise ValueError, with the way out, for unknown builders or sizes, and for what nothing can be.
 
-    >>> legs = Solid("cuboid", {"width": 0.1, "depth": 0.1, "height": 0.6, "along": 1, "across": 1})
-    >>> top = Solid("cylinder", {"diameter": 1.4, "height": 0.05, "x": -0.2, "y": -0.2, "z": 0.6})
+    >>> sizes = {"width": 0.1, "depth": 0.1, "height": 0.6}
+    >>> legs = Solid("cuboid", {**sizes, "x": 0.2, "y": 0.2, "along": 0.6, "across": 0.6})
+    >>> top = Solid("cylinder", {"diameter": 1.0, "height": 0.05, "z": 0.6})
     >>> scene = build_solids([legs, top])
     >>> scene.metric, len(scene.bodies)
     (True, 1)
