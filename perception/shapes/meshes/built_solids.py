@@ -68,7 +68,9 @@ class Solid:
             first, length = placed.get(start, 0.0), placed.get(over)
             number = placed.get(count, 2.0 if length is not None else 1.0)
             if not all(0 <= x <= MOST_LENGTH_M for x in (first, length or 0.0)):
-                raise ValueError(f"the place of a {self.builder} is outside of 0 to {MOST_LENGTH_M:g} m")
+                raise ValueError(
+                    f"the place of a {self.builder} is outside of 0 to {MOST_LENGTH_M:g} m"
+                )
             if length is None:
                 if count in placed:
                     raise ValueError(f"{count} of a {self.builder}: say {over} which length")
