@@ -13,9 +13,8 @@ from facetlog.errors import EngineError, QueryError
 from facetlog.kb.engine.columns import decode_chunk
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var
 from facetlog.kb.knowledge_base import KnowledgeBase
+from tests.kb.engine.test_terms import IN_THEIR_PLACE
 
-# Surrogates are no characters: Prolog's text cannot hold them, and has others in their place.
-IN_THEIR_PLACE = "".join(map(chr, range(0x10F000, 0x10F800)))
 CHARACTERS = st.characters(exclude_categories=["Cs"], exclude_characters=IN_THEIR_PLACE)
 TEXTS = st.text(CHARACTERS, max_size=8) | st.sampled_from(
     ["", "\n", "\0", "a\0b", "\x1f", ",", "[]", "😀", "'", '"', "\\", "ä", "€"]

@@ -11,7 +11,11 @@ from facetlog.errors import EngineError
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var, decode_terms, format_prolog_term
 from facetlog.kb.knowledge_base import KnowledgeBase
 
-NAMES = st.text(st.characters(exclude_categories=("Cs",)), max_size=8)
+# Prolog has these in the place of surrogates, which are no characters (engine.py).
+IN_THEIR_PLACE = "".join(map(chr, range(0x10F000, 0x10F800)))
+NAMES = st.text(
+    st.characters(exclude_categories=("Cs",), exclude_characters=IN_THEIR_PLACE), max_size=8
+)
 TERMS: st.SearchStrategy[Term] = st.recursive(
     st.one_of(
         st.integers(),
