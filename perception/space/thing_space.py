@@ -276,7 +276,7 @@ def _find_empty_rooms(
 def _find_shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:
     """Return along which axes, and in which sense (1 or -1), seen surface faces."""
     return {
-        (axis, sense): float((sense * facing[:, axis] > FACES_ALONG).mean()) > LEAST_SHOWN
+        (axis, sense): (sense * facing[:, axis] > FACES_ALONG).sum() > LEAST_SHOWN * len(facing)
         for axis in range(3)
         for sense in (1, -1)
     }

@@ -35,7 +35,18 @@ IS = {
 }
 # Nothing of these looks upwards: what is no table, stool or chair may have a top that was not seen,
 # and so what is no crate a floor. Of a corner nobody saw whether other walls stand round it.
-TOPPED = ("table", "stool", "chair", "desk", "bench", "sofa", "bed", "crate", "step_stool")
+TOPPED = (
+    "table",
+    "stool",
+    "chair",
+    "desk",
+    "bench",
+    "sofa",
+    "bed",
+    "crate",
+    "step_stool",
+    "stairs",
+)
 OPEN = {(thing, model) for thing in ("wedge", "pyramid") for model in TOPPED}
 OPEN.add(("room_corner", "crate"))
 
