@@ -43,8 +43,8 @@ def test_a_block_is_explored_and_the_next_choice_is_told_without_a_robot(
     reason = re.search(r"no further view: (box holds to (\d+)%, 20% wanted; .*)", told.out)
     assert reason is not None
     # One figure all the way: in the lines, in the reason and at the end.
-    assert f"t1 is a box ({reason[2]}%)" in told.out
-    assert f"t1 is a box ({reason[2]}%)" in told.err
+    assert f"t1 is a box (degree {reason[2]}%)" in told.out
+    assert f"t1 is a box (degree {reason[2]}%)" in told.err
     _, taken = read_record(out)
     assert 3 <= len(taken) <= 5
     for view in taken:

@@ -224,7 +224,7 @@ def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
     ("name", "holding", "open_"),
     [
         ("shelf", {"book_rack", "two_holes", "two_walls", "stand"}, set()),
-        ("frame", {"hoop"}, {"two_walls"}),
+        ("frame", set(), set()),
         ("cuboid", {"plate"}, set()),
         ("table", {"plate"}, set()),
         ("tray", {"plate", "pit", "two_walls"}, set()),

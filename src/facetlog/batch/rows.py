@@ -75,7 +75,7 @@ class VerdictRecord(_Record):
     confidence: ConfidenceShare = None
     confidence_low: Share | None = None
     confidence_high: Share | None = None
-    confidence_origin: str = ""
+    confidence_origin: str | None = None
     parts: tuple[PartRecord, ...] = ()
     sizes: tuple[SizeRecord, ...] = ()
 
