@@ -62,7 +62,7 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         "supports": "write `leg carries top`",
         **dict.fromkeys(
             ("round", "wheel"),
-            "write `curved(top) at least 20 %`: the flat sides of a wheel count as well",
+            "write `curved(top) at least 80 %`: what is round is curved all round its axis",
         ),
         **dict.fromkeys(("set_back", "recessed", "plinth"), _SET_BACK),
         **dict.fromkeys(("deck", "slats", "planks"), _DECK),

@@ -287,7 +287,8 @@ _WORDS = (
              meaning="the share of a side of that box that is far from the surface, for the most "
                      "hollow side; the side on the ground does not count"),
     _measure("curved", Gives.RATIO, SOLID, high=1.0,
-             meaning="the share of its surface that is not flat"),
+             meaning="the share of an object's surface that is not flat; of a piece the share of "
+                     "the outline of its section that is curved, 1 for a wheel"),
     # Pieces
     _measure("thickness", Gives.LENGTH, PIECE, yields=True,
              meaning="the shortest side of the least box around it"),

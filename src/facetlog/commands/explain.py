@@ -150,7 +150,8 @@ def _explain(
         for what in sorted(lacking & _WAYS_TO_STATE.keys()):
             note(_WAYS_TO_STATE[what])
         if explanation.hint:
-            note(f"facetlog why-not {stated.to_words()}{quote(str(scene))} {explanation.hint}")
+            options = models.to_words() + stated.to_words()
+            note(f"facetlog why-not {options}{quote(str(scene))} {explanation.hint}")
         if explanation.cut:
             note("--full shows all of it")
     return YES if explanation.yes else NO

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, is_dataclass
 from functools import wraps
 from pathlib import Path
+from shlex import quote
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -81,6 +82,12 @@ class ModelOptions:
     def paths(self) -> tuple[Path, ...]:
         """The files and folders of models."""
         return tuple(self.models or ())
+
+    def to_words(self) -> str:
+        """Return these options as they are typed, each with a space behind it."""
+        words = [quote(f"--models={path}") for path in self.paths]
+        words += ["--trust"] if self.trust else []
+        return "".join(f"{word} " for word in words)
 
     def open_base(self) -> "KnowledgeBase":
         """Open a knowledge base with these models; errors as `open_models` raises them."""
