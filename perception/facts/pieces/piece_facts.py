@@ -21,7 +21,6 @@ from facetlog.perception.facts.pieces.solid_boxes import (
 )
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
-from facetlog.perception.pieces.body_solids import cut_faces
 from facetlog.perception.pieces.measure_solids import measure_solids
 from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.pieces.shown_pieces import Kind, Piece, Pieces, ShownPiece, ShownPieces
@@ -454,6 +453,8 @@ def _find_pieces(thing: Thing, filled: FilledSpace, points: FloatArray) -> Piece
     """Return the pieces of a thing: the solids of its closed surface, else what its cells show."""
     space, surface, solids = filled.space, filled.surface, thing.solids
     if solids is None and filled.known and not thing.patches:
+        from facetlog.perception.pieces.body_solids import cut_faces  # scipy: few ask for pieces
+
         solids = cut_faces(surface.faces, points)
     if solids is not None:
         return measure_solids(solids, space.axes[2], surface.corner_sd, space.cell)

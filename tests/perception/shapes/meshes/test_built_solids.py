@@ -45,10 +45,10 @@ def test_a_wheel_is_curved():
         ({"along": 0.1}, "alone takes"),
         ({"columns": 3}, "say along which length"),
         ({"along": 1, "columns": 2.5}, "whole number"),
-        ({"x": -1}, "beyond"),
-        ({"x": 1e9}, "beyond"),
+        ({"x": -1}, "outside"),
+        ({"x": 1e9}, "outside"),
         ({"along": 9, "across": 9, "columns": 50, "rows": 50}, "more than 400"),
-        ({"along": float("nan")}, "beyond"),
+        ({"along": float("nan")}, "outside"),
     ],
 )
 def test_a_place_that_nothing_can_have_is_refused(sizes, message):
