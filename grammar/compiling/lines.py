@@ -19,7 +19,7 @@ from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Text, Var
 from facetlog.grammar.traversal import Node, walk
-from facetlog.grammar.vocabulary import FACE, OPENING
+from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, Kinds
 
 WEIGHTS = {"weakly": 0.10, "": 0.25, "strongly": 0.50}
 """How far the degree falls where an expectation fails (the language's definition)."""
@@ -143,12 +143,21 @@ def _write_demanded(
         tests.append(Struct("is_a", (writer.names[name], Atom(symbol.model))))
     if symbol.kinds == OPENING and not part.optional:
         # Of a thing that has fewer the part stays unseen: then this fails, if they are all known.
-        own = [p for p in scope.singular if p.kinds == OPENING and not p.owned.node.optional]
-        tests.append(writer.has_openings(len(own)))
+        tests.append(writer.has_elements(OPENING, len(_list_needed(scope, OPENING))))
+    needed = _list_needed(scope, PIECE)
+    if needed[1:]:  # once is enough, and of a single one there is always the largest
+        said = [p for p in needed if scope.where(p) is not None] or needed
+        if symbol is said[-1]:
+            tests.append(writer.has_elements(PIECE, len(needed)))
     where = scope.where(symbol)
     if where is not None:
         tests.append(writer.test(where))
     return join_goals(tests)
+
+
+def _list_needed(scope: Scope, kinds: Kinds) -> list[PartSymbol]:
+    """Return the single parts of such kinds that are not optional."""
+    return [p for p in scope.singular if p.kinds == kinds and not p.owned.node.optional]
 
 
 def _compile_set(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator[Clause]:

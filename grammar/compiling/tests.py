@@ -166,14 +166,15 @@ class Writer(MeasureWriter):
             shape.pattern(self.names), groups, shape.test(self), low, high, kinds
         )
 
-    def has_openings(self, least: int) -> Term:
-        """Return the test that the thing has so many openings, whichever they are."""
-        one = self.names.fresh("opening")
-        goal = write_elements_goal(OPENING, one)
+    def has_elements(self, kinds: Kinds, least: int) -> Term:
+        """Return the test that the thing has so many pieces or openings, whichever they are."""
+        name = "opening" if kinds == OPENING else "piece"
+        one = self.names.fresh(name)
+        goal = write_elements_goal(kinds, one)
         groups = self.once(
-            "openings", "Openings", lambda var: [Struct("findall", ((one,), goal, var))]
+            f"{name}s", f"{name.title()}s", lambda var: [Struct("findall", ((one,), goal, var))]
         )
-        return write_amount_test(one, groups, NOTHING, least, math.inf, OPENING)
+        return write_amount_test(one, groups, NOTHING, least, math.inf, kinds)
 
     def _write_groups(self, shape: SetShape) -> Var:
         members = self.members(shape)
