@@ -93,7 +93,7 @@ def test_every_verdict_and_every_condition_is_there(table: Recognised) -> None:
 
 
 def test_what_comes_nearest_to_a_set_is_said_in_page_and_data() -> None:
-    found = _run(build("cabinet", {}), near=True)
+    found = _run(build("bench", {}), near=True)
     lacking = {
         (v.model, c.label) for v in found.recognition.verdicts for c in v.conditions if c.nearest
     }
