@@ -35,7 +35,8 @@ __all__ = ["BatchJudge", "collect_columns", "collect_evidence"]
 JUDGING_CODE = ("rules/*.pl", "kb/prolog/**/*.pl")
 HASH_DIGITS = 16
 
-# What says how a thing was measured, where it was not found in pictures; and what else does.
+# Facts that say how a thing was measured: the kinds of surface (without one it was found in
+# pictures), and all that evidence is made of.
 SURFACES = {("whole", 1): InputKind.WHOLE, ("scanned", 1): InputKind.SCANNED}
 EVIDENCE = frozenset({*SURFACES, ("view", 2), ("part_of", 2), ("area", 3), ("coverage", 2)})
 

@@ -43,7 +43,7 @@ SHIPPED = "calibration.json"
 KEY_DIGITS = 16
 
 FEATURES = ("degree_at_most", "log10 views", "seen share")
-"""Of `Evidence.list_features`."""
+"""Names of the features that `Evidence.list_features` returns."""
 
 SDS = 1.645
 """Half the width of an interval in standard deviations: it holds nine tenths of a normal

@@ -38,22 +38,22 @@ __all__ = [
 FloatArray: TypeAlias = NDArray[np.float64]
 
 PRIOR_SD = 2.5
-"""Of the weights, and of the effects of kinds of input, in log odds: from even odds it reaches
+"""Prior sd of weights and of effects of kinds of input, in log odds: from even odds it reaches
 92 %, and twice that 99.3 % (Gelman and others, "A weakly informative default prior distribution",
 2008)."""
 MODEL_SD = 1.5
-"""Of the effects of models. Of 1, 1.5, 2.5 and 4 the smaller make sources that were left out the
-more probable, and the larger make the error by model the smaller; this is the least that keeps it
-below 0.05."""
+"""Prior sd of the effects of models. Of 1, 1.5, 2.5 and 4 the smaller make sources that were left
+out the more probable, and the larger make the error by model the smaller; this is the least that
+keeps it below 0.05."""
 PAIR_SD = 0.7
-"""Of the effects of models on one kind of input: of 0, 0.7 and 1.5 the one by which sources that
-were left out are most probable."""
+"""Prior sd of the effects of models on one kind of input: of 0, 0.7 and 1.5 the one by which
+sources that were left out are most probable."""
 
-# Of what is kept: far below what so many samples can tell apart.
+# Decimals that are kept: far below what so many samples can tell apart.
 DIGITS = 4
 CONVERGED = 1e-9
 STEPS = 200
-# Of a step of Newton's method, in log odds: a longer one may overshoot.
+# Longest step of Newton's method, in log odds: a longer one may overshoot.
 LONGEST_STEP = 2.0
 
 KINDS = tuple(InputKind)

@@ -123,7 +123,7 @@ TOUR = "tours: "
 TOUR_STRIDES = (1, 2, 4)
 """Each nth view of a tour of 24 is used, by the seed: from many views, some and few."""
 PICTURE_STRIDES = (1, 3)
-"""The same of a set of 16 pictures."""
+"""Steps between the pictures that are used of a set of 16."""
 # What of perception has no part in a reconstruction.
 APART = frozenset(
     {

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import FlatFace
+from facetlog.perception.pieces.exact.convex_parts import find_hull
 from facetlog.perception.pieces.exact.cut_pieces import CutPieces
 from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
 from facetlog.perception.ragged import Bools, Indices, sum_by_group
@@ -41,7 +41,7 @@ def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
     )
     index = np.array([each.index for each in faces])
     owner = np.full(int(index.max()) + 1, -1)
-    owner[index] = np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
+    owner[index] = _choose_owners(shares)
     return _make_solids(found, np.arange(len(found.pieces)), owner)
 
 
@@ -53,17 +53,14 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
         return scene
     size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
     points, face, body, areas = _sample_surface(scene, SPACING_SHARE * size)
-    on = np.array([_find_near(points, piece.hull, NEAR_SHARE * size) for piece in found.pieces])
-    counted = body >= 0
-    votes = np.array(
-        [sum_by_group(body[own & counted], areas[own & counted], len(scene.bodies)) for own in on]
-    )
+    on = np.zeros((len(found.pieces), len(points)), dtype=np.bool_)
+    for number, piece in enumerate(found.pieces):
+        hull = find_hull(piece.hull)
+        if hull is not None:
+            on[number] = hull.contains(points, NEAR_SHARE * size)
+    votes = _sum_areas(on, body, areas, len(scene.bodies))
     body_of = votes.argmax(axis=1)
-    flat = face >= 0
-    shares = np.array(
-        [sum_by_group(face[own & flat], areas[own & flat], len(scene.faces)) for own in on]
-    )
-    owner = np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
+    owner = _choose_owners(_sum_areas(on, face, areas, len(scene.faces)))
     bodies = []
     for number, each in enumerate(scene.bodies):
         rows = np.flatnonzero((body_of == number) & votes.any(axis=1))
@@ -75,6 +72,19 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
         solids = _make_solids(found, rows, owner)
         bodies.append(replace(each, solids=solids))
     return replace(scene, bodies=tuple(bodies))
+
+
+def _sum_areas(on: Bools, of: Indices, areas: FloatArray, count: int) -> FloatArray:
+    """Return the areas (p, count) that pieces have of each group; places (n,) are of group `of`, -1
+    for none, and `on` (p, n) says which are on a piece.
+    """
+    counted = on & (of >= 0)
+    return np.array([sum_by_group(of[own], areas[own], count) for own in counted])
+
+
+def _choose_owners(shares: FloatArray) -> Indices:
+    """Return the piece with the greatest share (p, g) of each group, -1 where none has any."""
+    return np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
 
 
 def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
@@ -126,17 +136,3 @@ def _sample_surface(
         np.concatenate([body_of_face[face], np.repeat(body_of_patch, lengths)]).astype(np.intp),
         np.concatenate([areas, *(patch.areas for patch in patches)]),
     )
-
-
-def _find_near(points: FloatArray, hull: FloatArray, slack: float) -> Bools:
-    """Return which points (n, 3) lie within the convex hull of others, or so little outside."""
-    near: Bools = ((points >= hull.min(axis=0) - slack) & (points <= hull.max(axis=0) + slack)).all(
-        axis=1
-    )
-    try:
-        sides = ConvexHull(hull).equations
-    except QhullError:
-        return near
-    rows = np.flatnonzero(near)
-    near[rows] = (points[rows] @ sides[:, :3].T + sides[:, 3] <= slack).all(axis=1)
-    return near
