@@ -5,7 +5,7 @@
 
 /** <module> Which supports are one leg
 
-Supports that adjoin belong together, and so do narrow ones whose feet stand at nearly one place, or
+Supports that adjoin near their feet belong together, and so do narrow ones whose feet stand at nearly one place, or
 are joined by others that do. A face that falls apart on its way to the ground, as the front of a gate
 does, is a support of each of the posts that it is part of, and joins none of them. To compare each with each would cost the square of their number: feet
 are sorted into cells so small that those of one cell are near in any case, and only cells are
@@ -28,15 +28,16 @@ tolerance(sure,  3).      % deviations: so far before a face is in front of it
 %
 %   Groups are lists of the Supports that belong together: faces that adjoin, and whatever stands
 %   on the ground at nearly one place. A square leg with four faces is one group. A face that stands on
-%   several legs is in the group of each.
+%   several legs is in the group of each. What stands adjoins where it stands, not by an apron above.
 
 separate(Supports0, Groups) :-
     sort(Supports0, Faces),
-    findall(Support, ( member(Face, Faces), support_of(Face, Support) ), Supports1),
+    halfway_up(Faces, Half),
+    findall(Support, ( member(Face, Faces), support_of(Face, Half, Support) ), Supports1),
     sort(Supports1, Supports),
     findall(Foot, ( member(S, Supports), narrow_foot(S, Foot) ), Feet),
     cells(Feet, Cells),
-    findall(Link, link(Supports, Cells, Link), Links),
+    findall(Link, link(Supports, Cells, Half, Link), Links),
     components(Supports, Links, Of),
     findall(Bridge, bridge(Cells, Of, Bridge), Bridges),
     (   Bridges == []
@@ -56,9 +57,9 @@ separate(Supports0, Groups) :-
                  *******************************/
 
 %   A support is a face or edge, or leg(Face, Stretch): what stands of a Face where its section halfway
-%   up has this Stretch, one of several.
-support_of(Face, Support) :-
-    (   stretches(Face, Stretches)
+%   up the lowest support has this Stretch, one of several.
+support_of(Face, Half, Support) :-
+    (   stretches(Face, Half, Stretches)
     ->  member(Stretch, Stretches),
         Support = leg(Face, Stretch)
     ;   Support = Face
@@ -69,7 +70,7 @@ face_of_support(Support, Face) :-
 
 %   Links join supports: those that adjoin, those of one cell, and one of each of two cells that
 %   touch, if they have feet within reach.
-link(Supports, _, SupportA-SupportB) :-
+link(Supports, _, Half, SupportA-SupportB) :-
     findall(Face-Support, ( member(Support, Supports), face_of_support(Support, Face) ), Keyed),
     keysort(Keyed, Sorted),
     group_pairs_by_key(Sorted, Grouped),
@@ -78,13 +79,14 @@ link(Supports, _, SupportA-SupportB) :-
     fact(adjoins(A, B, Edge)),
     A @< B,
     get_assoc(B, Known, SupportsB),
+    \+ ( number(Half), stands(A), stands(B), above(Edge, Half) ),
     support_at(SupportsA, Edge, SupportA),
     support_at(SupportsB, Edge, SupportB).
-link(_, Cells, A-B) :-
+link(_, Cells, _, A-B) :-
     gen_assoc(_, Cells, Feet),
     append(Before, [foot(B, _, _)|_], Feet),
     once(( member(foot(A, _, _), Before), \+ one_before_other(A, B) )).
-link(_, Cells, Link) :-
+link(_, Cells, _, Link) :-
     cell_pair(Cells, 1, Feet1, Feet2),
     member(Foot2, Feet2),
     once(within_reach(Feet1, [Foot2], Link)).
@@ -224,20 +226,13 @@ end_point(Face, [X, Y, Z]) :-
                  *             LEGS             *
                  *******************************/
 
-%   The pairs P-Q of ends of a standing face's section halfway up, if there are several. What lies on
-%   the ground stands on nothing: halfway up it has but its corners' errors.
-stretches(Face, Stretches) :-
-    fact(on_ground(Face)),
-    \+ lies(Face),
-    fact(up(UX, UY, UZ)),
-    Up = [UX, UY, UZ],
-    findall(I-Point, ( fact(corner(Face, I, V)), fact(point(V, X, Y, Z)), Point = [X, Y, Z] ), Keyed),
-    keysort(Keyed, Sorted),
-    pairs_values(Sorted, [First|Corners]),
-    maplist(height_along(Up), [First|Corners], Heights),
-    min_list(Heights, Low),
-    max_list(Heights, High),
-    Half is (Low + High)/2,
+%   The pairs P-Q of ends of a standing face's section at a height, if there are several.
+stretches(Face, Half, Stretches) :-
+    number(Half),
+    stands(Face),
+    outline(Face, [First|Corners]),
+    fact(up(X, Y, Z)),
+    maplist(height_along([X, Y, Z]), [First|Corners], Heights),
     append(Corners, [First], Next),
     Heights = [FirstHeight|OtherHeights],
     append(OtherHeights, [FirstHeight], NextHeights),
@@ -246,10 +241,40 @@ stretches(Face, Stretches) :-
     along_line(Start, Crossings, Ordered),
     in_pairs(Ordered, Stretches).
 
+%   What lies on the ground stands on nothing: halfway up it has but its corners' errors.
+stands(Face) :-
+    fact(on_ground(Face)),
+    \+ lies(Face).
+
 lies(Face) :-
     fact(tilt(Face, Tilt, _)),
     tolerance(lying, Most),
     Tilt =< Most.
+
+outline(Face, Corners) :-
+    findall(I-Point, ( fact(corner(Face, I, V)), fact(point(V, X, Y, Z)), Point = [X, Y, Z] ), Keyed),
+    keysort(Keyed, Sorted),
+    pairs_values(Sorted, Corners).
+
+%   The height halfway up the lowest of the Faces that stand, or none.
+halfway_up(Faces, Half) :-
+    fact(up(X, Y, Z)),
+    findall(High-Low,
+            ( member(Face, Faces),
+              stands(Face),
+              outline(Face, [First|Corners]),
+              maplist(height_along([X, Y, Z]), [First|Corners], Heights),
+              min_list(Heights, Low),
+              max_list(Heights, High) ),
+            Ends),
+    keysort(Ends, [High-Low|_]),
+    !,
+    Half is (Low + High)/2.
+halfway_up(_, none).
+
+above(Edge, Half) :-
+    fact(up(X, Y, Z)),
+    forall(end_point(Edge, Point), ( dot(Point, [X, Y, Z], Height), Height > Half )).
 
 height_along(Up, Point, Height) :-
     dot(Point, Up, Height).

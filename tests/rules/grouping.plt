@@ -72,6 +72,9 @@ gate_fact(Fact) :-
     atom_concat(Edge, b, V2),
     member(Fact, [ edge(Edge, V1, V2), point(V1, X, 0.0, 0.0), point(V2, X, 0.0, 8.0),
                    adjoins(front, Face, Edge), adjoins(Face, front, Edge) ]).
+gate_fact(Fact) :-
+    member(Fact, [ edge(high, h1, h2), point(h1, 8.0, 0.0, 8.0), point(h2, 8.0, 0.0, 10.0),
+                   adjoins(armed, post, high), adjoins(post, armed, high) ]).
 gate_fact(offset(A, B, Distance, 0.001)) :-
     side(_, A, XA),
     side(_, B, XB),
@@ -81,6 +84,11 @@ gate_fact(offset(A, B, Distance, 0.001)) :-
 outline(front, [[0, 0], [0.2, 0], [0.2, 8], [1.4, 8], [1.4, 0], [1.6, 0], [1.6, 10], [0, 10]]).
 outline(floor, [[0, 0], [1.6, 0.02], [1.6, 0], [0, 0.02]]).     % its corners as a picture has them
 outline(whole, [[0, 0], [1.6, 0], [1.6, 10], [0, 10]]).
+outline(armed, [[0, 0], [0.2, 0], [0.2, 8], [8.0, 8], [8.0, 10], [0, 10]]).   % a leg with an apron
+outline(post, [[8.0, 0], [8.2, 0], [8.2, 10], [8.0, 10]]).                    % which ends at this leg
+outline(backed, [[0, 0], [0.2, 0], [0.2, 4], [8.0, 4], [8.0, 0], [8.2, 0], [8.2, 20], [8.0, 20],
+                 [8.0, 5], [0, 5]]).         % a chair's side: of two legs one rises to the back
+outline(leg, [[0, 0], [0, 0], [0, 5], [0, 5]]).
 outline(Face, [[X, 0], [X, 0], [X, 8], [X, 8]]) :-
     side(_, Face, X).
 
@@ -120,5 +128,9 @@ test(what_lies_on_the_ground_is_one_however_uneven, Groups == [[floor]]) :-
     gate([floor], Groups).
 test(sides_that_look_at_each_other_are_two_legs, Groups == [[inner_a], [inner_b]]) :-
     gate([inner_a, inner_b], Groups).
+test(an_apron_joins_no_legs, Groups == [[armed], [post]]) :-
+    gate([armed, post], Groups).
+test(a_back_hides_no_leg, Groups == [[backed], [backed], [leg]]) :-
+    gate([backed, leg], Groups).
 
 :- end_tests(grouping).
