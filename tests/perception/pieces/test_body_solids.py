@@ -55,6 +55,15 @@ def test_facts_of_pieces_are_exact_in_any_frame(turn: Rotation) -> None:
     assert len(rows["carries"]) == len(rows["piece_on_ground"]) == 4
 
 
+@pytest.mark.parametrize("turn", [Rotation.identity(), Rotation.random(random_state=5)])
+def test_legs_carry_the_top_over_a_gap_narrower_than_a_cell(turn: Rotation) -> None:
+    scene = turned(table(overlap=-0.01), turn)
+    assert len(scene.bodies) == 1
+    rows = fact_rows(scene, {"carries", "joins"})
+    assert len(rows["carries"]) == 4
+    assert len(rows["joins"]) == 8
+
+
 def test_a_wheel_is_round_whatever_its_flat_sides() -> None:
     wheels = [wheel(x, y) for x in (0.1, 0.9) for y in (0.02, 0.55)]
     scene = scene_of(together(block((0, 0, 0.1), (1.0, 0.6, 0.14)), *wheels))
