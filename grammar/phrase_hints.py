@@ -144,7 +144,18 @@ _WITHIN = "is|are|at|of|has|not|where|and|or|between|about|holds|fails|unknown|l
 
 # Phrases as people say them, and what to write; `{…}` stands for the pattern's groups. In the order
 # in which they are tried: what says most comes first.
+_AMOUNT = r"[\d.]+(?:\s*(?:%|°|\w+))?"
 _PHRASES = (
+    (
+        rf"\b(?:(?:is|are)\s+)?(?:from\s+|between\s+|at\s+least\s+)?(?P<low>{_AMOUNT})"
+        rf"\s*(?:to\b|–|-(?=\d)|and\s+at\s+most\b)\s*(?P<high>{_AMOUNT})"
+        r"(?P<of>(?:\s+of\s+\w+(?:\([^()]*\))?)?)",
+        "write `between {low} and {high}{of}`",
+    ),
+    (
+        r"\b(?:is|are)\s+(?P<how>at\s+(?:least|most)|between|about)\b\s*",
+        "write `{how}` without `is`",
+    ),
     (r"\bstands?\s+on\b.*", _ON_GROUND),
     (r"\bparallel\s+to\b.*", "write `parallel(back, front, 10 deg)`"),
     (

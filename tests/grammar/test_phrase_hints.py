@@ -29,6 +29,13 @@ def errors(line: str) -> tuple[Fault, ...]:
         ("top stands_on ground", "write `leg is on_ground`"),
         ("top stands on the ground", "write `leg is on_ground`"),
         ("opening in top", "name it: `opening way`"),
+        (
+            "height(top) from 20 % to 80 % of height(this)",
+            "`between 20 % and 80 % of height(this)`",
+        ),
+        ("height(top) is 20-30 cm", "`between 20 and 30 cm`"),
+        ("height(top) is between 20 cm and 30 cm", "write `between` without `is`"),
+        ("height(top) at least 2 cm and at most 3 cm", "`between 2 cm and 3 cm`"),
         ("height(top) >= 40 cm", "write `at least`"),
         ("height(top) < 40 cm", "write `at most`"),
         ("4 bars post where post is upright", "write `exactly 4 bars ...`"),
