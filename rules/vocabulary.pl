@@ -10,6 +10,7 @@
                         largest_pieces/2,     % +Thing, -Pieces
                         opening_of/2,         % ?Thing, -Opening
                         largest_openings/2,   % +Thing, -Openings
+                        nearest_pieces/4,     % +Thing, +Pieces, +Fitting, -Nearest
                         piece_choice/4,       % +Pieces, +Count, +Others, -Piece
                         undersides/2,         % +Face, -Faces
                         largest_faces/2,      % +Thing, -Faces
@@ -43,6 +44,7 @@ pieces therefore has words of its own: piece_length, piece_level, ... where mode
 `x is level`. So have openings.
 */
 
+:- use_module(library(apply)).
 :- use_module(library(lists)).
 :- use_module(library(pairs)).
 :- use_module(library(solution_sequences)).
@@ -178,6 +180,23 @@ largest_openings(Thing, Openings) :-
             Found),
     sort(1, @>=, Found, Sorted),
     pairs_values(Sorted, Openings).
+
+%!  nearest_pieces(+Thing, +Pieces, +Fitting, -Nearest) is det.
+%
+%   Fitting lists for each test which of Pieces may pass it. Nearest are those that may pass all; where
+%   all pieces of Thing are known all of them, in the order in which they pass most.
+
+nearest_pieces(Thing, Pieces, Fitting, Nearest) :-
+    findall(Misses-Piece,
+            ( member(Piece, Pieces),
+              exclude(memberchk(Piece), Fitting, Missed),
+              length(Missed, Misses) ),
+            Ranked0),
+    (   holds(pieces_known(Thing))
+    ->  keysort(Ranked0, Ranked),
+        pairs_values(Ranked, Nearest)
+    ;   findall(Piece, member(0-Piece, Ranked0), Nearest)
+    ).
 
 %!  piece_choice(+Pieces, +Count, +Others, -Piece) is nondet.
 %

@@ -81,6 +81,8 @@ described(edge_of('Thing', 'Edge'), search, "a side of a measured face of the th
 described(vertex_of('Thing', 'Vertex'), search, "a corner of a measured face of the thing").
 described(piece_in('Thing', 'Piece'), search, "a solid part of the thing").
 described(largest_pieces('Thing', 'Pieces'), search, "the pieces, the largest first").
+described(nearest_pieces('Thing', 'Pieces', 'Fitting', 'Nearest'), search,
+          "the pieces that may pass all tests; of a thing whose pieces are all known those that may pass most first").
 described(piece_choice('Pieces', 'Count', 'Others', 'Piece'), search,
           "one of the first Count pieces that is not among Others, or unseen").
 described(opening_of('Thing', 'Opening'), search, "an opening of the thing").
