@@ -25,8 +25,10 @@ _GAP = (
 )
 _OPEN = (
     "write `hollow_side(this) at least 60 %`, beneath a top `open_from_two_sides(top) at least "
-    "30 %`, or name a hole: `opening way`"
+    "30 %`, or name what is open: `opening way` through it, `hollow inner where inner is "
+    "open_at_top` within it"
 )
+_HOLLOW = "name it: `hollow shaft where shaft is open_at_top`, or `open_at_side`"
 _CLOSED = (
     "write `closed_behind(seat) at least 70 %` of one side, of the whole rim `enclosed(floor) at "
     "least 85 %`"
@@ -66,6 +68,10 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         ),
         **dict.fromkeys(("set_back", "recessed", "plinth"), _SET_BACK),
         **dict.fromkeys(("deck", "slats", "planks"), _DECK),
+        **dict.fromkeys(
+            ("hollow", "recess", "cavity", "shaft", "basin", "compartment", "inner", "inside_of"),
+            _HOLLOW,
+        ),
         "outline": _OUTLINE,
         **dict.fromkeys(("evenly", "evenly_spaced", "equidistant", "regular"), _EVEN),
         "square": "write `width(top) at least 90 % of length(top)`",
@@ -138,7 +144,7 @@ def find_word_of_other_kind(word: str, kind: str) -> str:
 # Words that begin a statement of the language, and ones that stand within one.
 _FIRST_WORDS = (
     "use|model|let|define|drop|size|example|expect|optional|one|at|exactly|between|any|each|there"
-    "|not|no|if|face|edge|vertex|element|piece|board|bar|block|opening"
+    "|not|no|if|face|edge|vertex|element|piece|board|bar|block|opening|hollow"
 )
 _WITHIN = "is|are|at|of|has|not|where|and|or|between|about|holds|fails|unknown|like|rather"
 
@@ -245,7 +251,7 @@ _PHRASES = (
     ),
     (
         rf"^(?!(?:{_FIRST_WORDS})\b)\w+\s+(?!(?:{_WITHIN})\b)(?P<name>\w+)$",
-        "a part is a `face`, a `board`, a `bar`, a `block`, a `piece` or an `opening`: "
+        "a part is a `face`, a `board`, a `bar`, a `block`, a `piece`, an `opening` or a `hollow`: "
         "`board {name}`",
     ),
     (r"\bthe\s+(?P<name>\w+)(?:\s+\w+){0,2}", "leave the article out: `{name}`"),

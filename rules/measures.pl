@@ -112,6 +112,8 @@ measure(piece_rise_span(P), V, Sd, ratio) :- fact(piece_level(P, rise_span, V, S
 measure(piece_shelves_below(P), V, 0, count) :- fact(piece_level(P, shelves_below, V, _)).
 measure(opening_length(O), V, Sd, length) :- fact(opening_size(O, V, _, Sd)).
 measure(opening_width(O), V, Sd, length) :- fact(opening_size(O, _, V, Sd)).
+measure(opening_depth(H), V, Sd, length) :- fact(hollow_mouth(H, _, V, Sd, _, _)).
+measure(opening_mouth(H), V, Sd, ratio) :- fact(hollow_mouth(H, _, _, _, V, Sd)).
 measure(opening_height(O), V, Sd, length) :- height_between_ends(opening_heights(O), V, Sd).
 measure(opening_elevation(O), V, Sd, length) :- middle_of_ends(opening_heights(O), V, Sd).
 measure(opening_top_of(O), V, Sd, length) :- fact(opening_heights(O, _, V, Sd)).

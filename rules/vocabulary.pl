@@ -10,6 +10,8 @@
                         largest_pieces/2,     % +Thing, -Pieces
                         opening_of/2,         % ?Thing, -Opening
                         largest_openings/2,   % +Thing, -Openings
+                        hollow_of/2,          % ?Thing, -Hollow
+                        largest_hollows/2,    % +Thing, -Hollows
                         nearest_pieces/4,     % +Thing, +Pieces, +Fitting, -Nearest
                         piece_choice/4,       % +Pieces, +Count, +Others, -Piece
                         undersides/2,         % +Face, -Faces
@@ -173,13 +175,32 @@ opening_of(Thing, Opening) :-
 %   The openings of Thing, that with the largest rectangle first.
 
 largest_openings(Thing, Openings) :-
-    findall(Area-Opening,
-            ( opening_of(Thing, Opening),
-              fact(opening_size(Opening, Length, Width, _)),
+    findall(Opening, opening_of(Thing, Opening), Found),
+    largest_holes(Found, Openings).
+
+%!  hollow_of(?Thing, -Hollow) is nondet.
+%
+%   Hollow is a space within Thing that is open at one side.
+
+hollow_of(Thing, Hollow) :-
+    fact(hollow_of(Hollow, Thing)).
+
+%!  largest_hollows(+Thing, -Hollows) is det.
+%
+%   The hollows of Thing, that with the largest section first.
+
+largest_hollows(Thing, Hollows) :-
+    findall(Hollow, hollow_of(Thing, Hollow), Found),
+    largest_holes(Found, Hollows).
+
+largest_holes(Holes, Largest) :-
+    findall(Area-Hole,
+            ( member(Hole, Holes),
+              fact(opening_size(Hole, Length, Width, _)),
               Area is Length*Width ),
             Found),
     sort(1, @>=, Found, Sorted),
-    pairs_values(Sorted, Openings).
+    pairs_values(Sorted, Largest).
 
 %!  nearest_pieces(+Thing, +Pieces, +Fitting, -Nearest) is det.
 %
@@ -396,6 +417,9 @@ truth(piece_beside(X, Y),  fact(beside(X, Y, yes)),     fact(beside(X, Y, no))).
 truth(piece_inside(X, Y),  fact(inside(X, Y, yes)),     fact(inside(X, Y, no))).
 truth(piece_measured(P),   fact(piece_measured(P)),     pieces([P])).
 truth(openings_known(T),   fact(openings_known(T)),     fail).
+truth(opening_open_at_top(H),  fact(hollow_mouth(H, top, _, _, _, _)),  fact(hollow(H))).
+truth(opening_open_at_side(H), fact(hollow_mouth(H, side, _, _, _, _)), fact(hollow(H))).
+truth(hollows_known(T),    fact(hollows_known(T)),      fail).
 truth(piece_on_ground(P),  fact(piece_on_ground(P)),    heights([P])).
 truth(whole(T),            fact(whole(T)),              seen([T])).
 truth(scanned(T),          fact(scanned(T)),            seen([T])).

@@ -37,6 +37,7 @@ ELEMENTS = (
     "bar",
     "block",
     "opening",
+    "hollow",
 )
 """What `there is` and `each` go through, as it is spelt."""
 

@@ -26,7 +26,7 @@ from facetlog.grammar.scope import (
 )
 from facetlog.grammar.traversal import Node, children
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import OPENING, THING
+from facetlog.grammar.vocabulary import EACH_HOLE, THING
 
 LARGEST = 3000
 """Words of one condition, with those of the definitions that it names."""
@@ -185,7 +185,7 @@ class _ModelChecker(ConditionChecker):
             count = symbol.owned.node.count
             return count is not None and (count.least > 0 or count.most < math.inf)
         stated = self.scope.where(symbol) is not None
-        return stated or bool(symbol.model) or symbol.kinds == OPENING
+        return stated or bool(symbol.model) or symbol.kinds in EACH_HOLE
 
     def file(self) -> None:
         """Check the names and statements of what stands before the first model."""

@@ -25,7 +25,7 @@ from facetlog.grammar.compiling.writer import (
 from facetlog.grammar.scope import THIS, PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
 from facetlog.grammar.traversal import Node, walk
-from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, THING, Gives
+from facetlog.grammar.vocabulary import FACE, HOLLOW, OPENING, PIECE, THING, Gives
 
 
 @dataclass(frozen=True, slots=True)
@@ -445,7 +445,7 @@ def _write_as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
 
 
 # What lists the pieces or openings of a thing, the largest first.
-_LARGEST = {PIECE: "largest_pieces", OPENING: "largest_openings"}
+_LARGEST = {PIECE: "largest_pieces", OPENING: "largest_openings", HOLLOW: "largest_hollows"}
 
 
 class _Choices:

@@ -42,7 +42,9 @@ ALIKE = 0.7
 WORDS_TRIED = 12
 """Words before the fault that are tried as misspelt keywords."""
 
-KINDS_HINT = "a part is a `face`, a `board`, a `bar`, a `block`, a `piece` or an `opening`"
+KINDS_HINT = (
+    "a part is a `face`, a `board`, a `bar`, a `block`, a `piece`, an `opening` or a `hollow`"
+)
 
 MOST_WANTED = 8
 """Most alternatives that a message lists."""

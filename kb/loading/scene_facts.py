@@ -33,11 +33,13 @@ RESTING_WORDS = (
     r"(?:piece|opening)_\w+",
     "largest_pieces",
     "largest_openings",
+    "largest_hollows",
     "thickness",
 )
 # Words of everyday texts and names of parts, too: they count where something is said by them.
 EVERYDAY = frozenset(
-    {"piece", "joins", "carries", "board", "bar", "block", "opening", "frames", "beside", "inside"}
+    {"piece", "joins", "carries", "board", "bar", "block", "opening", "hollow", "frames", "beside"}
+    | {"inside"}
 )
 _NAMED = re.compile(
     rf"\b(?:(?:{'|'.join((*sorted(ON_DEMAND - EVERYDAY), *RESTING_WORDS))})\b"

@@ -87,6 +87,8 @@ described(piece_choice('Pieces', 'Count', 'Others', 'Piece'), search,
           "one of the first Count pieces that is not among Others, or unseen").
 described(opening_of('Thing', 'Opening'), search, "an opening of the thing").
 described(largest_openings('Thing', 'Openings'), search, "the openings, the largest first").
+described(hollow_of('Thing', 'Hollow'), search, "a hollow of the thing").
+described(largest_hollows('Thing', 'Hollows'), search, "the hollows, the largest first").
 described(part_in('Thing', 'Model', 'Role', 'Part'), search,
           "the face or piece that plays the part of the model in the thing, or unseen").
 described(shared_edge('A', 'B', 'Edge'), search, "the measured faces A and B share the edge").
@@ -161,6 +163,7 @@ described(smallest_step('Measures'), measure,
 described(largest_step('Measures'), measure,
           "the greatest difference of neighbours among the measures in their order").
 described(openings_known('Thing'), relation, "no unseen space has room for another opening").
+described(hollows_known('Thing'), relation, "it is known from all sides: it has no other hollows").
 described(pieces_known('Thing'), relation, "its pieces fill all of its volume: it has no others").
 described(whole('Thing'), relation, "the thing's surface is known from all sides").
 described(scanned('Thing'), relation,

@@ -116,12 +116,12 @@ OPENING_KINDS: tuple[FactKind, ...] = (
     _kind("opening +O:opening", _ONE, "a hole that one can see through, surrounded by its object"),
     _kind("opening_of +O:opening T:thing", _ONE, "the object that it is in"),
     _kind(
-        "opening_size +O:opening L:length W:length Sd:length",
+        "opening_size +O:hole L:length W:length Sd:length",
         _ONE,
-        "length and width of the rectangle around it",
+        "length and width of the rectangle around it, or around the section of a hollow",
     ),
     _kind(
-        "opening_heights +O:opening Low:length High:length Sd:length",
+        "opening_heights +O:hole Low:length High:length Sd:length",
         _MAYBE,
         "heights of its lowest and highest point above the lowest point of its object",
         _NO_UP,
@@ -143,6 +143,25 @@ OPENING_KINDS: tuple[FactKind, ...] = (
         _MAYBE,
         "the piece forms at least 5 % of the rim of the opening",
         "otherwise",
+    ),
+    _kind(
+        "hollow +H:hollow",
+        _ONE,
+        "a space within an object, walled on four sides, closed behind and open at the top or at "
+        "one side",
+    ),
+    _kind("hollow_of +H:hollow T:thing", _ONE, "the object that it is in"),
+    _kind(
+        "hollow_mouth +H:hollow Side:symbol Depth:length Sd:length Share:share ShareSd:share",
+        _ONE,
+        "where it opens, `top` or `side`, how far it reaches in from there, and the share of its "
+        "section that is open",
+    ),
+    _kind(
+        "hollows_known +T:thing",
+        _MAYBE,
+        "all its hollows are known",
+        "it is not known from all sides, or " + _NO_UP,
     ),
     _kind(
         "inside +X:solid +Y:solid Known:symbol",
