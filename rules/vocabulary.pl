@@ -8,9 +8,9 @@
                         standing_below/2,     % +Face, -FaceOrEdge
                         piece_in/2,           % ?Thing, -Piece
                         largest_pieces/2,     % +Thing, -Pieces
-                        opening_of/2,         % ?Thing, -Opening
+                        opening_through/2,    % ?Thing, -Opening
                         largest_openings/2,   % +Thing, -Openings
-                        hollow_of/2,          % ?Thing, -Hollow
+                        hollow_in/2,          % ?Thing, -Hollow
                         largest_hollows/2,    % +Thing, -Hollows
                         nearest_pieces/4,     % +Thing, +Pieces, +Fitting, -Nearest
                         piece_choice/4,       % +Pieces, +Count, +Others, -Piece
@@ -163,11 +163,11 @@ largest_pieces(Thing, Pieces) :-
     sort(0, @>=, Found, Sorted),
     pairs_values(Sorted, Pieces).
 
-%!  opening_of(?Thing, -Opening) is nondet.
+%!  opening_through(?Thing, -Opening) is nondet.
 %
 %   One sees through Thing at Opening.
 
-opening_of(Thing, Opening) :-
+opening_through(Thing, Opening) :-
     fact(opening_of(Opening, Thing)).
 
 %!  largest_openings(+Thing, -Openings) is det.
@@ -175,14 +175,14 @@ opening_of(Thing, Opening) :-
 %   The openings of Thing, that with the largest rectangle first.
 
 largest_openings(Thing, Openings) :-
-    findall(Opening, opening_of(Thing, Opening), Found),
+    findall(Opening, opening_through(Thing, Opening), Found),
     largest_holes(Found, Openings).
 
-%!  hollow_of(?Thing, -Hollow) is nondet.
+%!  hollow_in(?Thing, -Hollow) is nondet.
 %
 %   Hollow is a space within Thing that is open at one side.
 
-hollow_of(Thing, Hollow) :-
+hollow_in(Thing, Hollow) :-
     fact(hollow_of(Hollow, Thing)).
 
 %!  largest_hollows(+Thing, -Hollows) is det.
@@ -190,7 +190,7 @@ hollow_of(Thing, Hollow) :-
 %   The hollows of Thing, that with the largest section first.
 
 largest_hollows(Thing, Hollows) :-
-    findall(Hollow, hollow_of(Thing, Hollow), Found),
+    findall(Hollow, hollow_in(Thing, Hollow), Found),
     largest_holes(Found, Hollows).
 
 largest_holes(Holes, Largest) :-
@@ -417,8 +417,8 @@ truth(piece_beside(X, Y),  fact(beside(X, Y, yes)),     fact(beside(X, Y, no))).
 truth(piece_inside(X, Y),  fact(inside(X, Y, yes)),     fact(inside(X, Y, no))).
 truth(piece_measured(P),   fact(piece_measured(P)),     pieces([P])).
 truth(openings_known(T),   fact(openings_known(T)),     fail).
-truth(opening_open_at_top(H),  fact(hollow_mouth(H, top, _, _, _, _)),  fact(hollow(H))).
-truth(opening_open_at_side(H), fact(hollow_mouth(H, side, _, _, _, _)), fact(hollow(H))).
+truth(opening_open_at_top(H),  fact(hollow_mouth(H, top, _, _, _, _)),  fact(hollow_of(H, _))).
+truth(opening_open_at_side(H), fact(hollow_mouth(H, side, _, _, _, _)), fact(hollow_of(H, _))).
 truth(hollows_known(T),    fact(hollows_known(T)),      fail).
 truth(piece_on_ground(P),  fact(piece_on_ground(P)),    heights([P])).
 truth(whole(T),            fact(whole(T)),              seen([T])).

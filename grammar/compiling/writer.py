@@ -262,8 +262,8 @@ _FINDERS = {
     frozenset({Kind.VERTEX}): "vertex_of",
     frozenset({Kind.FACE, Kind.EDGE}): "element_of",
     PIECE: "piece_in",
-    OPENING: "opening_of",
-    HOLLOW: "hollow_of",
+    OPENING: "opening_through",
+    HOLLOW: "hollow_in",
 }
 
 

@@ -31,6 +31,7 @@ RESTING_WORDS = (
     "line_label",
     "impossible_drawing",
     r"(?:piece|opening)_\w+",
+    "hollow_in",
     "largest_pieces",
     "largest_openings",
     "largest_hollows",
@@ -38,8 +39,7 @@ RESTING_WORDS = (
 )
 # Words of everyday texts and names of parts, too: they count where something is said by them.
 EVERYDAY = frozenset(
-    {"piece", "joins", "carries", "board", "bar", "block", "opening", "hollow", "frames", "beside"}
-    | {"inside"}
+    {"piece", "joins", "carries", "board", "bar", "block", "opening", "frames", "beside", "inside"}
 )
 _NAMED = re.compile(
     rf"\b(?:(?:{'|'.join((*sorted(ON_DEMAND - EVERYDAY), *RESTING_WORDS))})\b"

@@ -85,9 +85,9 @@ described(nearest_pieces('Thing', 'Pieces', 'Fitting', 'Nearest'), search,
           "the pieces that may pass all tests; of a thing whose pieces are all known those that may pass most first").
 described(piece_choice('Pieces', 'Count', 'Others', 'Piece'), search,
           "one of the first Count pieces that is not among Others, or unseen").
-described(opening_of('Thing', 'Opening'), search, "an opening of the thing").
+described(opening_through('Thing', 'Opening'), search, "an opening of the thing").
 described(largest_openings('Thing', 'Openings'), search, "the openings, the largest first").
-described(hollow_of('Thing', 'Hollow'), search, "a hollow of the thing").
+described(hollow_in('Thing', 'Hollow'), search, "a hollow of the thing").
 described(largest_hollows('Thing', 'Hollows'), search, "the hollows, the largest first").
 described(part_in('Thing', 'Model', 'Role', 'Part'), search,
           "the face or piece that plays the part of the model in the thing, or unseen").

@@ -126,7 +126,7 @@ known_parts(Parts) :-
     findall(Edge, fact(edge(Edge, _, _)), Edges),
     findall(Piece, fact(piece(Piece)), Pieces),
     findall(Opening, fact(opening(Opening)), Openings),
-    findall(Hollow, fact(hollow(Hollow)), Hollows),
+    findall(Hollow, fact(hollow_of(Hollow, _)), Hollows),
     convlist(span, [Faces, Edges, Pieces, Openings, Hollows], Parts).
 
 %   Names that count up, in short; fails where there are none.
@@ -140,7 +140,7 @@ known_part(Part) :- fact(face(Part)), !.
 known_part(Part) :- fact(edge(Part, _, _)), !.
 known_part(Part) :- fact(piece(Part)), !.
 known_part(Part) :- fact(opening(Part)), !.
-known_part(Part) :- fact(hollow(Part)), !.
+known_part(Part) :- fact(hollow_of(Part, _)), !.
 known_part(Part) :- fact(thing(Part)).
 
 things_of(Given, Thing) :-

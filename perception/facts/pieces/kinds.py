@@ -145,12 +145,11 @@ OPENING_KINDS: tuple[FactKind, ...] = (
         "otherwise",
     ),
     _kind(
-        "hollow +H:hollow",
+        "hollow_of +H:hollow T:thing",
         _ONE,
-        "a space within an object, walled on four sides, closed behind and open at the top or at "
-        "one side",
+        "the object that it is in: a space walled on four sides, closed behind, and open at the "
+        "top or at one side",
     ),
-    _kind("hollow_of +H:hollow T:thing", _ONE, "the object that it is in"),
     _kind(
         "hollow_mouth +H:hollow Side:symbol Depth:length Sd:length Share:share ShareSd:share",
         _ONE,

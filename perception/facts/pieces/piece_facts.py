@@ -79,7 +79,6 @@ def iter_opening_facts(
 
 def iter_hollow_facts(name: str, hollow: Hollow, thing: str) -> Iterator[Row]:
     """Yield functors and arguments of what a hollow has besides its extents."""
-    yield "hollow", (name,)
     yield "hollow_of", (name, thing)
     sd = float(np.sqrt(2.0)) * ROUNDING * hollow.lattice.cell
     side = "top" if hollow.at_top else "side"

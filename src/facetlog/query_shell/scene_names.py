@@ -15,7 +15,7 @@ _GOALS = {
     ArgumentKind.THING: "thing(N)",
     ArgumentKind.PIECE: "piece(N)",
     ArgumentKind.OPENING: "opening(N)",
-    ArgumentKind.HOLLOW: "hollow(N)",
+    ArgumentKind.HOLLOW: "hollow_of(N, _)",
     ArgumentKind.VIEW: "view(N, _)",
 }
 _MIXED = {

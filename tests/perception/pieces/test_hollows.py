@@ -85,7 +85,7 @@ def test_a_hole_in_front_opens_a_closed_box_to_that_side() -> None:
 )
 def test_what_is_covered_or_filled_has_none(boxes: tuple[Box, ...]) -> None:
     rows = facts(of_boxes(*boxes))
-    assert not rows["hollow"]
+    assert not rows["hollow_of"]
     assert rows["hollows_known"] == [("t1",)]
 
 
@@ -94,10 +94,10 @@ def test_what_is_covered_or_filled_has_none(boxes: tuple[Box, ...]) -> None:
     [("cuboid", 0), ("tray", 1), ("table", 0), ("chair", 0), ("stairs", 0), ("frame", 0)],
 )
 def test_furniture_has_hollows_where_a_person_says_so(name: str, count: int) -> None:
-    assert len(facts(build(name, {}))["hollow"]) == count
+    assert len(facts(build(name, {}))["hollow_of"]) == count
 
 
 def test_none_is_known_without_up() -> None:
     rows = facts(of_boxes(*RING, up=False))
-    assert not rows["hollow"]
+    assert not rows["hollow_of"]
     assert not rows["hollows_known"]
