@@ -33,7 +33,18 @@ _CLOSED = (
     "write `closed_behind(seat) at least 70 %` of one side, of the whole rim `enclosed(floor) at "
     "least 85 %`"
 )
-_SET_BACK = "write `inset(plinth, body) at least 2 cm`, and `plinth carries body`"
+_SET_BACK = (
+    "write `piece plinth where plinth is on_ground`, `plinth carries body` and "
+    "`inset(plinth, body) at least 2 cm`"
+)
+_WHEEL = (
+    "write `piece wheel where curved(wheel) at least 80 %, wheel is upright`: round, with a level "
+    "axis; then `wheel is on_ground`, or `axle joins wheel`"
+)
+_CORNERS = (
+    "write `corner_inset(leg, top) at most 15 % of width(top)`: near two sides of it; the corners "
+    "of a face's outline are counted, `corners(face) = 4`"
+)
 _DECK = (
     "boards at one height are one level: name any of them, `board slat`, and write `cover(slat) at "
     "least 60 %`"
@@ -62,12 +73,11 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         "standing": _ON_GROUND,
         "touches": "write `a joins b` of pieces, `a adjoins b` of faces",
         "supports": "write `leg carries top`",
-        **dict.fromkeys(
-            ("round", "wheel"),
-            "write `curved(top) at least 80 %`: what is round is curved all round its axis",
-        ),
+        "round": "write `curved(top) at least 80 %`: what is round is curved all round its axis",
+        **dict.fromkeys(("wheel", "wheels", "castor", "disc"), _WHEEL),
         **dict.fromkeys(("set_back", "recessed", "plinth"), _SET_BACK),
-        **dict.fromkeys(("deck", "slats", "planks"), _DECK),
+        **dict.fromkeys(("deck", "slat", "slats", "plank", "planks"), _DECK),
+        **dict.fromkeys(("corner", "at_corner"), _CORNERS),
         **dict.fromkeys(
             ("hollow", "recess", "cavity", "shaft", "basin", "compartment", "inner", "inside_of"),
             _HOLLOW,
@@ -128,6 +138,7 @@ _OF_PIECES: Mapping[str, str] = MappingProxyType(
         "supports": "of pieces say `leg carries top`",
         "touches": "of pieces say `a joins b`",
         "gap": "of pieces say `a joins b`: they touch",
+        "corners": _CORNERS,
     }
 )
 
@@ -194,6 +205,8 @@ _PHRASES = (
     (r"\b(?:evenly|equally|regularly)\s+(?:spaced|apart)\b.*", _EVEN),
     (r"\bmade\s+(?:up\s+)?of\s+(?:boards|slats|planks)\b.*", _DECK),
     (r"\bcorners\s+of\s+(?:the|an|its)\s+outline\b.*", _OUTLINE),
+    (r"\b(?:at\s+)?(?:(?:the|each|every)\s+)*corners?\s+of\b.*", _CORNERS),
+    (r"\b(?:is|are)\s+an?\s+(?P<name>\w+)", "leave the article out: `is {name}`"),
     (r"\bis\s+over\s+\w+", "write `back above seat`"),
     (r"\bfac(?:es|ing)\s+up\w*", "write `upward`"),
     (r"\bfac(?:es|ing)\s+down\w*", "write `downward`"),

@@ -304,6 +304,11 @@ _WORDS = (
              meaning="seen from above, how far the first lies within the least box around the "
                      "second, on the side where that is least: the set-back of a plinth; below 0 "
                      "if it projects"),
+    _measure("corner_inset", Gives.LENGTH, PIECE, PIECE, low=None, yields=True,
+             unknown=f"{_UP}, or {_UNSEEN}",
+             meaning="seen from above, how far the first lies within the least box around the "
+                     "second, on the farther one of the two sides of the nearest corner: small for "
+                     "a leg at a corner"),
     _condition("board", PIECE, meaning="its thickness is at most 35 % of its width",
                yields=True),
     _condition("bar", PIECE, yields=True,

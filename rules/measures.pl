@@ -89,7 +89,8 @@ measure(piece_bottom_of(P), V, Sd, length) :- fact(piece_heights(P, V, _, Sd)).
 measure(piece_tilt(P), V, Sd, deg)      :- fact(piece_tilt(P, V, Sd)).
 measure(piece_angle(P, Q), V, Sd, deg)  :- fact(piece_angle(P, Q, V, Sd)).
 measure(piece_overlap(P, Q), V, Sd, ratio) :- fact(piece_overlap(P, Q, V, Sd)).
-measure(inset(P, Q), V, Sd, length)     :- fact(piece_inset(P, Q, V, Sd)).
+measure(inset(P, Q), V, Sd, length)     :- fact(piece_inset(P, Q, V, _, Sd)).
+measure(corner_inset(P, Q), V, Sd, length) :- fact(piece_inset(P, Q, _, V, Sd)).
 measure(piece_curved(P), V, 0, ratio)   :- fact(piece_round(P, V)).
 measure(piece_cover(P), V, Sd, ratio) :- fact(piece_level(P, cover, V, Sd)).
 measure(piece_level_length(P), V, Sd, length) :- fact(piece_level(P, level_length, V, Sd)).

@@ -365,6 +365,7 @@ needs_up(shelves_below(_)).
 needs_up(piece_beside(_, _)).
 needs_up(piece_overlap(_, _)).
 needs_up(inset(_, _)).
+needs_up(corner_inset(_, _)).
 needs_up(upward(_)).
 needs_up(downward(_)).
 needs_up(carries(_, _)).

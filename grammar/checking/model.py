@@ -13,6 +13,7 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, make_respelling, said
 from facetlog.grammar.library import list_builtin_names
+from facetlog.grammar.phrase_hints import SPOKEN_WORDS
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.resolve import Owned, find_reachable
 from facetlog.grammar.scope import (
@@ -281,7 +282,8 @@ class _ModelChecker(ConditionChecker):
                 "unknown-kind",
                 f"`{part.kind}` is no kind of part",
                 part.kind,
-                said(part.kind.text, known)
+                SPOKEN_WORDS.get(part.kind.text)
+                or said(part.kind.text, known)
                 or "a face, an edge, a vertex, an element, a piece, or a model that this file uses",
                 make_respelling(part.kind, known),
             )

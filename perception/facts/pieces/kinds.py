@@ -57,10 +57,11 @@ _PIECES: tuple[FactKind, ...] = (
         _NO_UP + ", or unseen space may change it by more than 5 %",
     ),
     _kind(
-        "piece_inset +P:piece +Q:piece V:length Sd:length",
+        "piece_inset +P:piece +Q:piece V:length Corner:length Sd:length",
         _MAYBE,
         "seen from above, how far P lies within the box around Q on the side where that is least, "
-        "below 0 if it projects; of pieces of one object",
+        "below 0 if it projects, and on the farther side of the nearest corner; of pieces of one "
+        "object",
         _NO_UP + ", or it depends on unseen space",
     ),
     _kind(

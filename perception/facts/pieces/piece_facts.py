@@ -350,10 +350,10 @@ class _Found:
         for one, other, share, sd in iter_known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
 
-    def insets(self) -> Iterator[tuple[str, str, float, float]]:
+    def insets(self) -> Iterator[tuple[str, str, float, float, float]]:
         """Yield the arguments of the facts about how far each piece's plan is within another's."""
-        for one, other, inset, sd in iter_known_insets(self._boxes, self.up):
-            yield self.names[one], self.names[other], inset, sd
+        for one, other, inset, corner, sd in iter_known_insets(self._boxes, self.up):
+            yield self.names[one], self.names[other], inset, corner, sd
 
     @cached_property
     def _boxes(self) -> list[SolidBox]:
