@@ -51,7 +51,13 @@ _DECK = (
 )
 _EVEN = (
     "write `smallest step of elevation(rung) at least 80 % of largest step of elevation(rung)`: "
-    "steps are the differences of neighbours"
+    "steps are the differences of neighbours; seen from above `smallest spacing of post at least "
+    "80 % of largest spacing of post`"
+)
+_ORDER = (
+    "write `order of length(key) at least 90 %`: along the row that they stand in, seen from "
+    "above; of what stands over one another `each pair x, y of step: x is not above y or "
+    "length(x) at most length(y)`"
 )
 _OUTLINE = "count the corners of a face's outline: `corners(top) = 6`"
 _ENCLOSED = "write `enclosed(floor) at least 85 %`"
@@ -84,6 +90,7 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         ),
         "outline": _OUTLINE,
         **dict.fromkeys(("evenly", "evenly_spaced", "equidistant", "regular"), _EVEN),
+        **dict.fromkeys(("sorted", "ordered", "ascending", "descending"), _ORDER),
         "square": "write `width(top) at least 90 % of length(top)`",
         "open": _OPEN,
         "closed": _CLOSED,
@@ -180,6 +187,11 @@ _PHRASES = (
         "write `angle(back, seat) = 90 deg ± 10 deg`",
     ),
     (r"\bon\s+top\s+of\b.*", "write `back above seat`, or `seat carries back`"),
+    (
+        r".*\b(?:(?:sorted|ordered)\s+(?:by|along)|than\s+the\s+(?:one|last|next|previous)"
+        r"|(?P<more>\w+er)\s+and\s+(?P=more))\b.*",
+        _ORDER,
+    ),
     (
         r"\b(?:high|tall|wid|long|low|thick|small|larg|bigg?|deep)er\s+than\b.*",
         "compare measures: `length(top) at least 120 % of length(seat)`",

@@ -304,6 +304,9 @@ _WORDS = (
              meaning="seen from above, how far the first lies within the least box around the "
                      "second, on the side where that is least: the set-back of a plinth; below 0 "
                      "if it projects"),
+    _measure("distance", Gives.LENGTH, PIECE, PIECE, symmetric=True, yields=True,
+             unknown=f"{_UP}, or {_UNSEEN}",
+             meaning="seen from above, how far apart their middles are"),
     _measure("corner_inset", Gives.LENGTH, PIECE, PIECE, low=None, yields=True,
              unknown=f"{_UP}, or {_UNSEEN}",
              meaning="seen from above, how far the first lies within the least box around the "

@@ -365,6 +365,10 @@ needs_up(shelves_below(_)).
 needs_up(piece_beside(_, _)).
 needs_up(piece_overlap(_, _)).
 needs_up(inset(_, _)).
+needs_up(distance(_, _)).
+needs_up(smallest_spacing(_)).
+needs_up(largest_spacing(_)).
+needs_up(order(_)).
 needs_up(corner_inset(_, _)).
 needs_up(upward(_)).
 needs_up(downward(_)).

@@ -96,8 +96,8 @@ class Extents:
 
 
 _IN_CONDITIONS = frozenset(
-    """not each there and or is at between about of sum mean lowest highest smallest largest if
-    fading sharp where any exactly""".split()  # noqa: SIM905  a list of words is read more easily so
+    """not each there and or is at between about of sum mean lowest highest smallest largest order
+    if fading sharp where any exactly""".split()  # noqa: SIM905  a list of words is read more easily so
 )
 """Words that would be taken for themselves wherever a part of such a name is meant."""
 

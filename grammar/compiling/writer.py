@@ -440,7 +440,7 @@ class MeasureWriter:
         inner = self.with_locals(**bound)
         of = (
             inner.argument(node.operand).term
-            if node.how.endswith("gap")
+            if node.how.endswith(("gap", "spacing"))
             else inner.measure(node.operand)
         )
         values = self.names.fresh(f"{shape.symbol.name}_values")

@@ -154,6 +154,11 @@ described(metres('Number'), measure, "a length, if the scale is known").
 described(count('List'), measure, "how many elements the list has").
 described(smallest_gap('Things'), measure, "least distance between two of the things").
 described(largest_gap('Things'), measure, "greatest distance between two of the things").
+described(smallest_spacing('Pieces'), measure,
+          "seen from above, least distance of neighbours in the row that the pieces stand in").
+described(largest_spacing('Pieces'), measure, "greatest distance of neighbours in that row").
+described(order('Measures'), measure,
+          "share of the steps along the row of their pieces that rise, or that fall, if these are more").
 described(lowest('Measures'), measure, "the least of the measures").
 described(highest('Measures'), measure, "the greatest of the measures").
 described(sum('Measures'), measure, "the sum of the measures").

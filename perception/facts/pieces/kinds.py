@@ -57,6 +57,12 @@ _PIECES: tuple[FactKind, ...] = (
         _NO_UP + ", or unseen space may change it by more than 5 %",
     ),
     _kind(
+        "piece_distance +P:piece +Q:piece V:length Sd:length",
+        _MAYBE,
+        "seen from above, how far apart their middles are; of pieces of one object",
+        _NO_UP + ", or it depends on unseen space",
+    ),
+    _kind(
         "piece_inset +P:piece +Q:piece V:length Corner:length Sd:length",
         _MAYBE,
         "seen from above, how far P lies within the box around Q on the side where that is least, "

@@ -15,6 +15,7 @@ from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     heights,
+    iter_known_distances,
     iter_known_insets,
     iter_known_overlaps,
     iter_known_relations,
@@ -254,6 +255,8 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
             rows.add_rows("piece_angle", found.angles())
         if rows.wants("piece_overlap"):
             rows.add_rows("piece_overlap", found.overlaps())
+        if rows.wants("piece_distance"):
+            rows.add_rows("piece_distance", found.distances())
         if rows.wants("piece_inset"):
             rows.add_rows("piece_inset", found.insets())
         if not with_openings:
@@ -349,6 +352,11 @@ class _Found:
         """
         for one, other, share, sd in iter_known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
+
+    def distances(self) -> Iterator[tuple[str, str, float, float]]:
+        """Yield the arguments of the facts about how far apart each two pieces' plans are."""
+        for one, other, apart, sd in iter_known_distances(self._boxes, self.up):
+            yield self.names[one], self.names[other], apart, sd
 
     def insets(self) -> Iterator[tuple[str, str, float, float, float]]:
         """Yield the arguments of the facts about how far each piece's plan is within another's."""

@@ -229,6 +229,24 @@ def iter_known_insets(
             yield one, other, float(found[0]), float(found[1]), sd
 
 
+def iter_known_distances(
+    boxes: Sequence[SolidBox], up: FloatArray | None
+) -> Iterator[tuple[int, int, float, float]]:
+    """Yield for each two boxes, by their indices, how far apart their middles are seen from above,
+    with its standard deviation; nothing without up, and where unseen space makes a difference.
+    """
+    if up is None or len(boxes) < 2:
+        return
+    flat = np.eye(3) - np.outer(up, up)
+    middles = np.array([box.middle for box in boxes]) @ flat
+    moved = np.linalg.norm(np.array([box.widest.middle for box in boxes]) @ flat - middles, axis=1)
+    cells = CELL_SD * np.array([box.cell for box in boxes])
+    known = moved <= cells
+    for one, other in permutations(np.flatnonzero(known).tolist(), 2):
+        apart = float(np.linalg.norm(middles[one] - middles[other]))
+        yield one, other, apart, float(np.hypot(cells[one], cells[other]))
+
+
 def _measure_insets(inner: SolidBox, outer: SolidBox, up: FloatArray) -> FloatArray:
     """Return how far (2,) a box's plan lies within another's: on the side where that is least, and
     on the nearest side along another direction.
