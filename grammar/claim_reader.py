@@ -342,7 +342,7 @@ class _Reader:
                 return self.measure(whole, names).times(_make_sum(quantity(share)).constant)
             case s.Arithmetic(sign, left, right):
                 return self._join(sign, self.measure(left, names), self.measure(right, names))
-            case s.Aggregate(how, operand) if how.endswith("gap"):
+            case s.Aggregate(how, operand) if how.endswith(("gap", "spacing")):
                 atom = (how, self.element(operand, names))
                 return self._add_atom(atom, Dimension.LENGTH, (0.0, math.inf))
             case s.Aggregate(how, operand):
@@ -350,6 +350,8 @@ class _Reader:
                 low, high = inner.interval(self.ranges)
                 if how.endswith("step"):
                     low, high = 0.0, high - low if math.isfinite(high - low) else math.inf
+                if how == "order":
+                    return self._add_atom((how, inner.key), Dimension.NUMBER, (0.0, 1.0))
                 if how == "sum":
                     # A sum of any number of members, each between low and high.
                     low, high = (0.0 if low >= 0 else -math.inf), (0.0 if high <= 0 else math.inf)

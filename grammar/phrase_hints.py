@@ -25,20 +25,39 @@ _GAP = (
 )
 _OPEN = (
     "write `hollow_side(this) at least 60 %`, beneath a top `open_from_two_sides(top) at least "
-    "30 %`, or name a hole: `opening way`"
+    "30 %`, or name what is open: `opening way` through it, `hollow inner where inner is "
+    "open_at_top` within it"
 )
+_HOLLOW = "name it: `hollow shaft where shaft is open_at_top`, or `open_at_side`"
 _CLOSED = (
     "write `closed_behind(seat) at least 70 %` of one side, of the whole rim `enclosed(floor) at "
     "least 85 %`"
 )
-_SET_BACK = "write `inset(plinth, body) at least 2 cm`, and `plinth carries body`"
+_SET_BACK = (
+    "write `piece plinth where plinth is on_ground`, `plinth carries body` and "
+    "`inset(plinth, body) at least 2 cm`"
+)
+_WHEEL = (
+    "write `piece wheel where curved(wheel) at least 80 %, wheel is upright`: round, with a level "
+    "axis; then `wheel is on_ground`, or `axle joins wheel`"
+)
+_CORNERS = (
+    "write `corner_inset(leg, top) at most 15 % of width(top)`: near two sides of it; the corners "
+    "of a face's outline are counted, `corners(face) = 4`"
+)
 _DECK = (
     "boards at one height are one level: name any of them, `board slat`, and write `cover(slat) at "
     "least 60 %`"
 )
 _EVEN = (
     "write `smallest step of elevation(rung) at least 80 % of largest step of elevation(rung)`: "
-    "steps are the differences of neighbours"
+    "steps are the differences of neighbours; seen from above `smallest spacing of post at least "
+    "80 % of largest spacing of post`"
+)
+_ORDER = (
+    "write `order of length(key) at least 90 %`: along the row that they stand in, seen from "
+    "above; of what stands over one another `each pair x, y of step: x is not above y or "
+    "length(x) at most length(y)`"
 )
 _OUTLINE = "count the corners of a face's outline: `corners(top) = 6`"
 _ENCLOSED = "write `enclosed(floor) at least 85 %`"
@@ -60,14 +79,18 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         "standing": _ON_GROUND,
         "touches": "write `a joins b` of pieces, `a adjoins b` of faces",
         "supports": "write `leg carries top`",
-        **dict.fromkeys(
-            ("round", "wheel"),
-            "write `curved(top) at least 80 %`: what is round is curved all round its axis",
-        ),
+        "round": "write `curved(top) at least 80 %`: what is round is curved all round its axis",
+        **dict.fromkeys(("wheel", "wheels", "castor", "disc"), _WHEEL),
         **dict.fromkeys(("set_back", "recessed", "plinth"), _SET_BACK),
-        **dict.fromkeys(("deck", "slats", "planks"), _DECK),
+        **dict.fromkeys(("deck", "slat", "slats", "plank", "planks"), _DECK),
+        **dict.fromkeys(("corner", "at_corner"), _CORNERS),
+        **dict.fromkeys(
+            ("hollow", "recess", "cavity", "shaft", "basin", "compartment", "inner", "inside_of"),
+            _HOLLOW,
+        ),
         "outline": _OUTLINE,
         **dict.fromkeys(("evenly", "evenly_spaced", "equidistant", "regular"), _EVEN),
+        **dict.fromkeys(("sorted", "ordered", "ascending", "descending"), _ORDER),
         "square": "write `width(top) at least 90 % of length(top)`",
         "open": _OPEN,
         "closed": _CLOSED,
@@ -122,6 +145,7 @@ _OF_PIECES: Mapping[str, str] = MappingProxyType(
         "supports": "of pieces say `leg carries top`",
         "touches": "of pieces say `a joins b`",
         "gap": "of pieces say `a joins b`: they touch",
+        "corners": _CORNERS,
     }
 )
 
@@ -138,13 +162,24 @@ def find_word_of_other_kind(word: str, kind: str) -> str:
 # Words that begin a statement of the language, and ones that stand within one.
 _FIRST_WORDS = (
     "use|model|let|define|drop|size|example|expect|optional|one|at|exactly|between|any|each|there"
-    "|not|no|if|face|edge|vertex|element|piece|board|bar|block|opening"
+    "|not|no|if|face|edge|vertex|element|piece|board|bar|block|opening|hollow"
 )
 _WITHIN = "is|are|at|of|has|not|where|and|or|between|about|holds|fails|unknown|like|rather"
 
 # Phrases as people say them, and what to write; `{…}` stands for the pattern's groups. In the order
 # in which they are tried: what says most comes first.
+_AMOUNT = r"[\d.]+(?:\s*(?:%|°|\w+))?"
 _PHRASES = (
+    (
+        rf"\b(?:(?:is|are)\s+)?(?:from\s+|between\s+|at\s+least\s+)?(?P<low>{_AMOUNT})"
+        rf"\s*(?:to\b|–|-(?=\d)|and\s+at\s+most\b)\s*(?P<high>{_AMOUNT})"
+        r"(?P<of>(?:\s+of\s+\w+(?:\([^()]*\))?)?)",
+        "write `between {low} and {high}{of}`",
+    ),
+    (
+        r"\b(?:is|are)\s+(?P<how>at\s+(?:least|most)|between|about)\b\s*",
+        "write `{how}` without `is`",
+    ),
     (r"\bstands?\s+on\b.*", _ON_GROUND),
     (r"\bparallel\s+to\b.*", "write `parallel(back, front, 10 deg)`"),
     (
@@ -152,6 +187,11 @@ _PHRASES = (
         "write `angle(back, seat) = 90 deg ± 10 deg`",
     ),
     (r"\bon\s+top\s+of\b.*", "write `back above seat`, or `seat carries back`"),
+    (
+        r".*\b(?:(?:sorted|ordered)\s+(?:by|along)|than\s+the\s+(?:one|last|next|previous)"
+        r"|(?P<more>\w+er)\s+and\s+(?P=more))\b.*",
+        _ORDER,
+    ),
     (
         r"\b(?:high|tall|wid|long|low|thick|small|larg|bigg?|deep)er\s+than\b.*",
         "compare measures: `length(top) at least 120 % of length(seat)`",
@@ -177,6 +217,8 @@ _PHRASES = (
     (r"\b(?:evenly|equally|regularly)\s+(?:spaced|apart)\b.*", _EVEN),
     (r"\bmade\s+(?:up\s+)?of\s+(?:boards|slats|planks)\b.*", _DECK),
     (r"\bcorners\s+of\s+(?:the|an|its)\s+outline\b.*", _OUTLINE),
+    (r"\b(?:at\s+)?(?:(?:the|each|every)\s+)*corners?\s+of\b.*", _CORNERS),
+    (r"\b(?:is|are)\s+an?\s+(?P<name>\w+)", "leave the article out: `is {name}`"),
     (r"\bis\s+over\s+\w+", "write `back above seat`"),
     (r"\bfac(?:es|ing)\s+up\w*", "write `upward`"),
     (r"\bfac(?:es|ing)\s+down\w*", "write `downward`"),
@@ -234,7 +276,7 @@ _PHRASES = (
     ),
     (
         rf"^(?!(?:{_FIRST_WORDS})\b)\w+\s+(?!(?:{_WITHIN})\b)(?P<name>\w+)$",
-        "a part is a `face`, a `board`, a `bar`, a `block`, a `piece` or an `opening`: "
+        "a part is a `face`, a `board`, a `bar`, a `block`, a `piece`, an `opening` or a `hollow`: "
         "`board {name}`",
     ),
     (r"\bthe\s+(?P<name>\w+)(?:\s+\w+){0,2}", "leave the article out: `{name}`"),

@@ -10,7 +10,7 @@ from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.source import NOWHERE, Span
 from facetlog.grammar.traversal import walk
-from facetlog.grammar.vocabulary import OPENING, PIECE, THING, Kind, Kinds, Word
+from facetlog.grammar.vocabulary import HOLLOW, OPENING, PIECE, THING, Kind, Kinds, Word
 
 THIS = "this"
 """The thing that a model is judged of."""
@@ -22,6 +22,7 @@ _KINDS = {
     "element": frozenset({Kind.FACE, Kind.EDGE}),
 }
 _PLURALS = {"faces": "face", "edges": "edge", "vertices": "vertex", "elements": "element"}
+_HOLES = {"opening": OPENING, "hollow": HOLLOW}
 _PIECES = {f"{word}{plural}": word for word in PIECE_WORDS for plural in ("", "s")}
 
 
@@ -95,7 +96,7 @@ class Scope:
         """
         where, kind = node.where, node.kind
         shape = _PIECES.get(kind.text) if kind is not None else None
-        if kind is None or shape in (None, "piece", "opening") or self._is_model(kind.text):
+        if kind is None or shape in (None, "piece", *_HOLES) or self._is_model(kind.text):
             return where
         subject = s.Reference(name, name.span)
         own = s.Property(subject, s.Name(str(shape), kind.span), False, kind.span)
@@ -129,7 +130,7 @@ def get_part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] 
         if name in models:
             return THING, name
     shape = _PIECES.get(text)
-    return None if shape is None else (OPENING if shape == "opening" else PIECE, "")
+    return None if shape is None else (_HOLES.get(shape, PIECE), "")
 
 
 def iter_conditions(node: s.Expression | None, scope: Scope) -> Iterator[s.Expression]:

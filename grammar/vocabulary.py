@@ -22,20 +22,23 @@ class Kind(StrEnum):
     THING = "thing"
     PIECE = "piece"
     OPENING = "opening"
+    HOLLOW = "hollow"
 
     def __repr__(self) -> str:
         return self.value
 
 
 Kinds = frozenset[Kind]
-FACE, EDGE, VERTEX, THING, PIECE, OPENING = (frozenset({kind}) for kind in Kind)
+FACE, EDGE, VERTEX, THING, PIECE, OPENING, HOLLOW = (frozenset({kind}) for kind in Kind)
 ELEMENT = FACE | EDGE
 ANY = ELEMENT | THING
 SOLID = THING | PIECE
-SPANNING = SOLID | OPENING
+EACH_HOLE = OPENING, HOLLOW
+HOLES = OPENING | HOLLOW
+SPANNING = SOLID | HOLES
 LEVEL = FACE | PIECE
 """What has a level: a face, and a board by its upper side."""
-IN_SPACE = PIECE | OPENING
+IN_SPACE = PIECE | HOLES
 """What takes room of its own in a thing's space."""
 
 
@@ -156,9 +159,9 @@ _WORDS = (
     _condition("underside_of", FACE, FACE,
                meaning="the first is the lower side of a board, the second its upper side",
                unknown=_UP),
-    _condition("above", LEVEL | OPENING, LEVEL | OPENING, unknown=_UP,
+    _condition("above", LEVEL | HOLES, LEVEL | HOLES, unknown=_UP,
                meaning="its middle is higher than that of the face, or the top of the piece"),
-    _condition("below", LEVEL | OPENING, LEVEL | OPENING, unknown=_UP,
+    _condition("below", LEVEL | HOLES, LEVEL | HOLES, unknown=_UP,
                meaning="its middle is lower than that of the face, or the bottom of the piece"),
     Word("parallel", (LEVEL, LEVEL), Gives.CONDITION,
          "normals of faces, or directions of pieces, are parallel within the given angle",
@@ -171,18 +174,22 @@ _WORDS = (
                      "broad side of any other piece"),
     _measure("area", Gives.AREA, FACE, meaning="its area without holes"),
     _measure("length", Gives.LENGTH, FACE | SPANNING, unknown=_HIDDEN,
-             meaning="the longer side of the least rectangle around a face or opening; the "
-                     "longest side of the least box around an object or piece"),
+             meaning="the longer side of the least rectangle around a face, opening or "
+                     "hollow's section; the longest side of the least box around an object or "
+                     "piece"),
     _measure("width", Gives.LENGTH, FACE | SPANNING, unknown=_HIDDEN,
              meaning="the shorter side of that rectangle; the second longest side of that box"),
-    _measure("depth", Gives.LENGTH, THING, meaning="the shortest side of that box"),
-    _measure("height", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_HIGH,
+    _measure("depth", Gives.LENGTH, THING | HOLLOW,
+             meaning="the shortest side of that box; how far a hollow reaches in from its mouth"),
+    _measure("mouth", Gives.RATIO, HOLLOW, high=1.0, yields=True,
+             meaning="the share of the section of a hollow that is open: 100 % for a bucket"),
+    _measure("height", Gives.LENGTH, ANY | PIECE | HOLES, unknown=_HIGH,
              meaning="the height of its top above its bottom"),
-    _measure("elevation", Gives.LENGTH, LEVEL | OPENING, unknown=_HIGH,
+    _measure("elevation", Gives.LENGTH, LEVEL | HOLES, unknown=_HIGH,
              meaning="the height of its middle above the lowest point of its object"),
-    _measure("top_of", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_HIGH,
+    _measure("top_of", Gives.LENGTH, ANY | PIECE | HOLES, unknown=_HIGH,
              meaning="the height of its highest point above the lowest point of its object"),
-    _measure("bottom_of", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_HIGH,
+    _measure("bottom_of", Gives.LENGTH, ANY | PIECE | HOLES, unknown=_HIGH,
              meaning="the height of its lowest point above the lowest point of its object"),
     _measure("protrusion", Gives.LENGTH, FACE,
              meaning="how far its object extends in front of its plane"),
@@ -297,6 +304,14 @@ _WORDS = (
              meaning="seen from above, how far the first lies within the least box around the "
                      "second, on the side where that is least: the set-back of a plinth; below 0 "
                      "if it projects"),
+    _measure("distance", Gives.LENGTH, PIECE, PIECE, symmetric=True, yields=True,
+             unknown=f"{_UP}, or {_UNSEEN}",
+             meaning="seen from above, how far apart their middles are"),
+    _measure("corner_inset", Gives.LENGTH, PIECE, PIECE, low=None, yields=True,
+             unknown=f"{_UP}, or {_UNSEEN}",
+             meaning="seen from above, how far the first lies within the least box around the "
+                     "second, on the farther one of the two sides of the nearest corner: small for "
+                     "a leg at a corner"),
     _condition("board", PIECE, meaning="its thickness is at most 35 % of its width",
                yields=True),
     _condition("bar", PIECE, yields=True,
@@ -321,6 +336,10 @@ _WORDS = (
     _condition("in", OPENING, LEVEL, yields=True,
                meaning="the face surrounds the opening and leaves it free, or the piece is its "
                        "whole rim"),
+    _condition("open_at_top", HOLLOW, yields=True,
+               meaning="the hollow opens upwards; something may hang over it"),
+    _condition("open_at_side", HOLLOW, yields=True,
+               meaning="the hollow opens to one side, such as to the front"),
     _condition("frames", PIECE, OPENING, yields=True,
                meaning="it forms at least 5 % of the rim of the opening"),
     _condition("touches", THING, THING, symmetric=True, meaning="there is nothing between them"),

@@ -12,6 +12,8 @@ What the scene says of faces, edges and things in numbers.
 :- use_module(library(lists)).
 :- use_module(library(aggregate)).
 :- use_module(library(apply)).
+:- use_module(library(occurs)).
+:- use_module(library(pairs)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(recall)).
 :- use_module(facetlog_kb(quantities)).
@@ -89,7 +91,9 @@ measure(piece_bottom_of(P), V, Sd, length) :- fact(piece_heights(P, V, _, Sd)).
 measure(piece_tilt(P), V, Sd, deg)      :- fact(piece_tilt(P, V, Sd)).
 measure(piece_angle(P, Q), V, Sd, deg)  :- fact(piece_angle(P, Q, V, Sd)).
 measure(piece_overlap(P, Q), V, Sd, ratio) :- fact(piece_overlap(P, Q, V, Sd)).
-measure(inset(P, Q), V, Sd, length)     :- fact(piece_inset(P, Q, V, Sd)).
+measure(inset(P, Q), V, Sd, length)     :- fact(piece_inset(P, Q, V, _, Sd)).
+measure(distance(P, Q), V, Sd, length)  :- fact(piece_distance(P, Q, V, Sd)).
+measure(corner_inset(P, Q), V, Sd, length) :- fact(piece_inset(P, Q, _, V, Sd)).
 measure(piece_curved(P), V, 0, ratio)   :- fact(piece_round(P, V)).
 measure(piece_cover(P), V, Sd, ratio) :- fact(piece_level(P, cover, V, Sd)).
 measure(piece_level_length(P), V, Sd, length) :- fact(piece_level(P, level_length, V, Sd)).
@@ -112,6 +116,8 @@ measure(piece_rise_span(P), V, Sd, ratio) :- fact(piece_level(P, rise_span, V, S
 measure(piece_shelves_below(P), V, 0, count) :- fact(piece_level(P, shelves_below, V, _)).
 measure(opening_length(O), V, Sd, length) :- fact(opening_size(O, V, _, Sd)).
 measure(opening_width(O), V, Sd, length) :- fact(opening_size(O, _, V, Sd)).
+measure(opening_depth(H), V, Sd, length) :- fact(hollow_mouth(H, _, V, Sd, _, _)).
+measure(opening_mouth(H), V, Sd, ratio) :- fact(hollow_mouth(H, _, _, _, V, Sd)).
 measure(opening_height(O), V, Sd, length) :- height_between_ends(opening_heights(O), V, Sd).
 measure(opening_elevation(O), V, Sd, length) :- middle_of_ends(opening_heights(O), V, Sd).
 measure(opening_top_of(O), V, Sd, length) :- fact(opening_heights(O, _, V, Sd)).
@@ -122,6 +128,9 @@ measure(corners(F), V, 0, count)        :- corners(F, V).
 measure(faces_at(V), N, 0, count)       :- faces_at(V, N).
 measure(smallest_gap(Ts), V, Sd, length) :- gaps(Ts, Gaps), min_member(V-Sd, Gaps).
 measure(largest_gap(Ts), V, Sd, length) :- gaps(Ts, Gaps), max_member(V-Sd, Gaps).
+measure(smallest_spacing(Ps), V, Sd, length) :- spacings(Ps, All), min_member(V-Sd, All).
+measure(largest_spacing(Ps), V, Sd, length) :- spacings(Ps, All), max_member(V-Sd, All).
+measure(order(List), V, 0, ratio)       :- order(List, V).
 measure(lowest(List), V, Sd, Kind)      :- of_list(lowest(List), V, Sd, Kind).
 measure(highest(List), V, Sd, Kind)     :- of_list(highest(List), V, Sd, Kind).
 measure(sum(List), V, Sd, Kind)         :- of_list(sum(List), V, Sd, Kind).
@@ -273,6 +282,69 @@ gaps(Things, Gaps) :-
 
 gap(A-B, V-Sd) :-
     fact(gap(A, B, V, Sd)).
+
+%   Between neighbours in a row of at least two pieces; fails if a distance is not known.
+spacings(Pieces, Spacings) :-
+    row(Pieces, Row),
+    findall(V-Sd, ( append(_, [A, B|_], Row), fact(piece_distance(A, B, V, Sd)) ), Spacings).
+
+%   The pieces from one end to the other of the row that they stand in, seen from above: its ends are
+%   those two that are farthest apart.
+row(Pieces, Row) :-
+    is_list(Pieces),
+    findall(D-(A-B), ( append(_, [A|Rest], Pieces), member(B, Rest), apart(A, B, D) ), Distances),
+    length(Pieces, Count),
+    length(Distances, Pairs),
+    Pairs > 0,
+    Pairs =:= Count*(Count-1)//2,
+    max_member(_-(First-Last), Distances),
+    findall(Along-P,
+            ( member(P, Pieces), apart(First, P, D1), apart(P, Last, D2), Along is D1*D1 - D2*D2 ),
+            Places),
+    keysort(Places, Sorted),
+    pairs_values(Sorted, Row).
+
+apart(P, P, D) :- !, D = 0.
+apart(P, Q, D) :- fact(piece_distance(P, Q, D, _)).
+
+%   Of measures of pieces the share of the steps from neighbour to neighbour that go one way, up or
+%   down, by more than their noise: 1 if the row is sorted. Unseen space leaves it open.
+order(Measures, Share) :-
+    is_list(Measures),
+    findall(P-Measure, ( member(Measure, Measures), piece_in_measure(Measure, P) ), Named),
+    same_length(Named, Measures),
+    \+ ( member(Measure, Measures), hidden_part(Measure, Fact, _, _), fact(Fact) ),
+    pairs_keys(Named, Pieces),
+    row(Pieces, Row),
+    findall(V-Var,
+            ( member(P, Row),
+              memberchk(P-Measure, Named),
+              value(Measure, vocabulary, quantity(V, Var, _)) ),
+            Values),
+    same_length(Values, Row),
+    findall(Way, ( append(_, [A, B|_], Values), step_way(A, B, Way) ), Ways),
+    aggregate_all(count, member(up, Ways), Up),
+    aggregate_all(count, member(down, Ways), Down),
+    length(Ways, Steps),
+    Share is max(Up, Down)/Steps.
+
+piece_in_measure(Measure, Piece) :-
+    sub_term(Piece, Measure),
+    atom(Piece),
+    fact(piece(Piece)),
+    !.
+
+step_way(A-VarA, B-VarB, Way) :-
+    tolerance_of_steps(Sds),
+    (   abs(B - A) =< Sds*sqrt(VarA + VarB)
+    ->  Way = none
+    ;   B > A
+    ->  Way = up
+    ;   Way = down
+    ).
+
+%   Deviations: what differs by fewer may be alike, as what touches may (tolerance touch).
+tolerance_of_steps(3).
 
 of_list(Summary, V, Sd, Kind) :-
     value(Summary, vocabulary, quantity(V, Var, Kind)),

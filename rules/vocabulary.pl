@@ -8,8 +8,11 @@
                         standing_below/2,     % +Face, -FaceOrEdge
                         piece_in/2,           % ?Thing, -Piece
                         largest_pieces/2,     % +Thing, -Pieces
-                        opening_of/2,         % ?Thing, -Opening
+                        opening_through/2,    % ?Thing, -Opening
                         largest_openings/2,   % +Thing, -Openings
+                        hollow_in/2,          % ?Thing, -Hollow
+                        largest_hollows/2,    % +Thing, -Hollows
+                        nearest_pieces/4,     % +Thing, +Pieces, +Fitting, -Nearest
                         piece_choice/4,       % +Pieces, +Count, +Others, -Piece
                         undersides/2,         % +Face, -Faces
                         largest_faces/2,      % +Thing, -Faces
@@ -43,6 +46,7 @@ pieces therefore has words of its own: piece_length, piece_level, ... where mode
 `x is level`. So have openings.
 */
 
+:- use_module(library(apply)).
 :- use_module(library(lists)).
 :- use_module(library(pairs)).
 :- use_module(library(solution_sequences)).
@@ -159,11 +163,11 @@ largest_pieces(Thing, Pieces) :-
     sort(0, @>=, Found, Sorted),
     pairs_values(Sorted, Pieces).
 
-%!  opening_of(?Thing, -Opening) is nondet.
+%!  opening_through(?Thing, -Opening) is nondet.
 %
 %   One sees through Thing at Opening.
 
-opening_of(Thing, Opening) :-
+opening_through(Thing, Opening) :-
     fact(opening_of(Opening, Thing)).
 
 %!  largest_openings(+Thing, -Openings) is det.
@@ -171,13 +175,49 @@ opening_of(Thing, Opening) :-
 %   The openings of Thing, that with the largest rectangle first.
 
 largest_openings(Thing, Openings) :-
-    findall(Area-Opening,
-            ( opening_of(Thing, Opening),
-              fact(opening_size(Opening, Length, Width, _)),
+    findall(Opening, opening_through(Thing, Opening), Found),
+    largest_holes(Found, Openings).
+
+%!  hollow_in(?Thing, -Hollow) is nondet.
+%
+%   Hollow is a space within Thing that is open at one side.
+
+hollow_in(Thing, Hollow) :-
+    fact(hollow_of(Hollow, Thing)).
+
+%!  largest_hollows(+Thing, -Hollows) is det.
+%
+%   The hollows of Thing, that with the largest section first.
+
+largest_hollows(Thing, Hollows) :-
+    findall(Hollow, hollow_in(Thing, Hollow), Found),
+    largest_holes(Found, Hollows).
+
+largest_holes(Holes, Largest) :-
+    findall(Area-Hole,
+            ( member(Hole, Holes),
+              fact(opening_size(Hole, Length, Width, _)),
               Area is Length*Width ),
             Found),
     sort(1, @>=, Found, Sorted),
-    pairs_values(Sorted, Openings).
+    pairs_values(Sorted, Largest).
+
+%!  nearest_pieces(+Thing, +Pieces, +Fitting, -Nearest) is det.
+%
+%   Fitting lists for each test which of Pieces may pass it. Nearest are those that may pass all; where
+%   all pieces of Thing are known all of them, in the order in which they pass most.
+
+nearest_pieces(Thing, Pieces, Fitting, Nearest) :-
+    findall(Misses-Piece,
+            ( member(Piece, Pieces),
+              exclude(memberchk(Piece), Fitting, Missed),
+              length(Missed, Misses) ),
+            Ranked0),
+    (   holds(pieces_known(Thing))
+    ->  keysort(Ranked0, Ranked),
+        pairs_values(Ranked, Nearest)
+    ;   findall(Piece, member(0-Piece, Ranked0), Nearest)
+    ).
 
 %!  piece_choice(+Pieces, +Count, +Others, -Piece) is nondet.
 %
@@ -325,6 +365,11 @@ needs_up(shelves_below(_)).
 needs_up(piece_beside(_, _)).
 needs_up(piece_overlap(_, _)).
 needs_up(inset(_, _)).
+needs_up(distance(_, _)).
+needs_up(smallest_spacing(_)).
+needs_up(largest_spacing(_)).
+needs_up(order(_)).
+needs_up(corner_inset(_, _)).
 needs_up(upward(_)).
 needs_up(downward(_)).
 needs_up(carries(_, _)).
@@ -377,6 +422,9 @@ truth(piece_beside(X, Y),  fact(beside(X, Y, yes)),     fact(beside(X, Y, no))).
 truth(piece_inside(X, Y),  fact(inside(X, Y, yes)),     fact(inside(X, Y, no))).
 truth(piece_measured(P),   fact(piece_measured(P)),     pieces([P])).
 truth(openings_known(T),   fact(openings_known(T)),     fail).
+truth(opening_open_at_top(H),  fact(hollow_mouth(H, top, _, _, _, _)),  fact(hollow_of(H, _))).
+truth(opening_open_at_side(H), fact(hollow_mouth(H, side, _, _, _, _)), fact(hollow_of(H, _))).
+truth(hollows_known(T),    fact(hollows_known(T)),      fail).
 truth(piece_on_ground(P),  fact(piece_on_ground(P)),    heights([P])).
 truth(whole(T),            fact(whole(T)),              seen([T])).
 truth(scanned(T),          fact(scanned(T)),            seen([T])).

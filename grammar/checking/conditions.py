@@ -21,6 +21,7 @@ from facetlog.grammar.faults import (
     suggest_unit,
     swap,
 )
+from facetlog.grammar.phrase_hints import SPOKEN_WORDS
 from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, get_part_kind
 from facetlog.grammar.units import Dimension
@@ -37,6 +38,7 @@ ELEMENTS = (
     "bar",
     "block",
     "opening",
+    "hollow",
 )
 """What `there is` and `each` go through, as it is spelt."""
 
@@ -306,7 +308,7 @@ class ConditionChecker(MeasureChecker):
                 "unknown-kind",
                 f"`{kind}` is no kind of part",
                 kind,
-                said(kind.text, ELEMENTS),
+                said(kind.text, ELEMENTS) or SPOKEN_WORDS.get(kind.text, ""),
                 make_respelling(kind, ELEMENTS),
             )
         return found

@@ -13,7 +13,7 @@ from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.units import UNITS, Dimension
-from facetlog.grammar.vocabulary import THING, Gives, Kind, Kinds, Word
+from facetlog.grammar.vocabulary import PIECE, THING, Gives, Kind, Kinds, Word
 
 
 @dataclass(frozen=True, slots=True)
@@ -380,7 +380,17 @@ class MeasureChecker(ABC):
             if isinstance(found, Element) and found.kinds != THING:
                 self.fault("kind", "gaps are between things", node.operand)
             return Dimension.LENGTH
-        return self.measure(node.operand, inside)
+        if node.how.endswith("spacing"):
+            found = self.type_of(node.operand, inside)
+            if isinstance(found, Element) and found.kinds != PIECE:
+                self.fault("kind", "spacings are between pieces", node.operand)
+            return Dimension.LENGTH
+        found = self.measure(node.operand, inside)
+        if node.how != "order":
+            return found
+        if sets[0].kinds != PIECE:
+            self.fault("kind", "only pieces stand in a row", node.operand)
+        return Dimension.NUMBER
 
 
 def _find_sets(node: s.Expression, scope: Scope, names: Names) -> tuple[SetSymbol, ...]:

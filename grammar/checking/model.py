@@ -13,6 +13,7 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, make_respelling, said
 from facetlog.grammar.library import list_builtin_names
+from facetlog.grammar.phrase_hints import SPOKEN_WORDS
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.resolve import Owned, find_reachable
 from facetlog.grammar.scope import (
@@ -26,7 +27,7 @@ from facetlog.grammar.scope import (
 )
 from facetlog.grammar.traversal import Node, children
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import OPENING, THING
+from facetlog.grammar.vocabulary import EACH_HOLE, THING
 
 LARGEST = 3000
 """Words of one condition, with those of the definitions that it names."""
@@ -95,8 +96,8 @@ class Extents:
 
 
 _IN_CONDITIONS = frozenset(
-    """not each there and or is at between about of sum mean lowest highest smallest largest if
-    fading sharp where any exactly""".split()  # noqa: SIM905  a list of words is read more easily so
+    """not each there and or is at between about of sum mean lowest highest smallest largest order
+    if fading sharp where any exactly""".split()  # noqa: SIM905  a list of words is read more easily so
 )
 """Words that would be taken for themselves wherever a part of such a name is meant."""
 
@@ -185,7 +186,7 @@ class _ModelChecker(ConditionChecker):
             count = symbol.owned.node.count
             return count is not None and (count.least > 0 or count.most < math.inf)
         stated = self.scope.where(symbol) is not None
-        return stated or bool(symbol.model) or symbol.kinds == OPENING
+        return stated or bool(symbol.model) or symbol.kinds in EACH_HOLE
 
     def file(self) -> None:
         """Check the names and statements of what stands before the first model."""
@@ -281,7 +282,8 @@ class _ModelChecker(ConditionChecker):
                 "unknown-kind",
                 f"`{part.kind}` is no kind of part",
                 part.kind,
-                said(part.kind.text, known)
+                SPOKEN_WORDS.get(part.kind.text)
+                or said(part.kind.text, known)
                 or "a face, an edge, a vertex, an element, a piece, or a model that this file uses",
                 make_respelling(part.kind, known),
             )

@@ -25,7 +25,7 @@ from facetlog.grammar.compiling.writer import (
 from facetlog.grammar.scope import THIS, PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
 from facetlog.grammar.traversal import Node, walk
-from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, THING, Gives
+from facetlog.grammar.vocabulary import FACE, HOLLOW, OPENING, PIECE, THING, Gives
 
 
 @dataclass(frozen=True, slots=True)
@@ -445,14 +445,14 @@ def _write_as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
 
 
 # What lists the pieces or openings of a thing, the largest first.
-_LARGEST = {PIECE: "largest_pieces", OPENING: "largest_openings"}
+_LARGEST = {PIECE: "largest_pieces", OPENING: "largest_openings", HOLLOW: "largest_hollows"}
 
 
 class _Choices:
     """The goals that propose pieces, or openings, one part after the other, none twice.
 
-    Of a thing whose pieces are all known the largest are its nearest misses, however they lie. Of
-    another only what may lie as the part does is proposed: any other
+    Of a thing whose pieces are all known those that lie most as the part should are its nearest
+    misses, the largest first. Of another only what may lie as the part does is proposed: any other
     is no bad one, for the part may be where nobody looked.
     """
 
@@ -466,16 +466,16 @@ class _Choices:
         """Add a part, of which so many are tried; `tests` say how it lies."""
         if not self.goals:
             self.goals.append(Struct(self._largest, (Var("Thing"), self._all)))
-        free = self._all
-        if tests:
-            free = writer.names.fresh(f"{variable.name}_fitting")
-            lies = Struct(
-                "->;", (_ALL_KNOWN, Atom("true"), Struct("possible", (join_goals(tests),)))
+        fitting = [writer.names.fresh(f"{variable.name}_fitting") for _ in tests]
+        for test, found in zip(tests, fitting, strict=True):
+            fits = Struct(
+                ",",
+                (Struct("member", (variable, self._all)), Struct("possible", (test,))),
             )
-            fitting = Struct(",", (Struct("member", (variable, self._all)), lies))
-            self.goals.append(Struct("findall", (variable, fitting, free)))
+            self.goals.append(Struct("findall", (variable, fits, found)))
+        free = writer.names.fresh(f"{variable.name}_nearest") if tests else self._all
+        if tests:
+            given = (Var("Thing"), self._all, tuple(fitting), free)
+            self.goals.append(Struct("nearest_pieces", given))
         self.goals.append(Struct("piece_choice", (free, count, tuple(self._taken), variable)))
         self._taken.append(variable)
-
-
-_ALL_KNOWN = Struct("holds", (Struct("pieces_known", (Var("Thing"),)),))

@@ -19,7 +19,7 @@ from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Text, Var
 from facetlog.grammar.traversal import Node, walk
-from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, Kinds
+from facetlog.grammar.vocabulary import EACH_HOLE, FACE, PIECE, Kinds
 
 WEIGHTS = {"weakly": 0.10, "": 0.25, "strongly": 0.50}
 """How far the degree falls where an expectation fails (the language's definition)."""
@@ -141,9 +141,9 @@ def _write_demanded(
     tests: list[Term] = []
     if symbol.model:
         tests.append(Struct("is_a", (writer.names[name], Atom(symbol.model))))
-    if symbol.kinds == OPENING and not part.optional:
+    if symbol.kinds in EACH_HOLE and not part.optional:
         # Of a thing that has fewer the part stays unseen: then this fails, if they are all known.
-        tests.append(writer.has_elements(OPENING, len(_list_needed(scope, OPENING))))
+        tests.append(writer.has_elements(symbol.kinds, len(_list_needed(scope, symbol.kinds))))
     needed = _list_needed(scope, PIECE)
     if needed[1:]:  # once is enough, and of a single one there is always the largest
         said = [p for p in needed if scope.where(p) is not None] or needed

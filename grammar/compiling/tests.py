@@ -31,7 +31,7 @@ from facetlog.grammar.fading import ABOUT, get_soft_share
 from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.traversal import walk
-from facetlog.grammar.vocabulary import OPENING, Kind, Kinds
+from facetlog.grammar.vocabulary import PIECE, Kind, Kinds
 
 
 @dataclass(slots=True)
@@ -168,7 +168,7 @@ class Writer(MeasureWriter):
 
     def has_elements(self, kinds: Kinds, least: int) -> Term:
         """Return the test that the thing has so many pieces or openings, whichever they are."""
-        name = "opening" if kinds == OPENING else "piece"
+        name = "piece" if kinds == PIECE else next(iter(kinds)).value
         one = self.names.fresh(name)
         goal = write_elements_goal(kinds, one)
         groups = self.once(

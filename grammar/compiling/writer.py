@@ -11,7 +11,17 @@ from facetlog.grammar.scope import THIS, Scope, SetSymbol, iter_conditions, name
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, THING, VOCABULARY, Kind, Kinds
+from facetlog.grammar.vocabulary import (
+    EACH_HOLE,
+    HOLLOW,
+    IN_SPACE,
+    OPENING,
+    PIECE,
+    THING,
+    VOCABULARY,
+    Kind,
+    Kinds,
+)
 
 
 class Names:
@@ -105,7 +115,7 @@ def write_word(name: str, arguments: tuple[Bound, ...]) -> Struct:
         name = _OF_THINGS[name]
     elif (name in _OF_PIECES_TOO and kinds == PIECE) or (name in _IN_SPACE and kinds <= IN_SPACE):
         name = f"piece_{name}"
-    elif kinds == OPENING:
+    elif kinds in EACH_HOLE:
         name = f"opening_{name}"
     return Struct(name, tuple(argument.term for argument in arguments))
 
@@ -133,7 +143,7 @@ class SetShape:
     @property
     def separate(self) -> bool:
         """Whether members that belong together count once: no two pieces or openings do."""
-        return self.symbol.owned.node.separate and self.symbol.kinds not in (PIECE, OPENING)
+        return self.symbol.owned.node.separate and not self.symbol.kinds <= IN_SPACE
 
     def variables(self, names: Names, stem: str) -> tuple[Var, ...]:
         return tuple(names[n] for n in (stem, *(f"{stem}_{role}" for role, _ in self.roles)))
@@ -252,7 +262,8 @@ _FINDERS = {
     frozenset({Kind.VERTEX}): "vertex_of",
     frozenset({Kind.FACE, Kind.EDGE}): "element_of",
     PIECE: "piece_in",
-    OPENING: "opening_of",
+    OPENING: "opening_through",
+    HOLLOW: "hollow_in",
 }
 
 
@@ -429,7 +440,7 @@ class MeasureWriter:
         inner = self.with_locals(**bound)
         of = (
             inner.argument(node.operand).term
-            if node.how.endswith("gap")
+            if node.how.endswith(("gap", "spacing"))
             else inner.measure(node.operand)
         )
         values = self.names.fresh(f"{shape.symbol.name}_values")
@@ -440,6 +451,7 @@ class MeasureWriter:
 _NO_MORE: Mapping[Kinds, Struct] = {
     PIECE: Struct("pieces_known", (Var("Thing"),)),
     OPENING: Struct("openings_known", (Var("Thing"),)),
+    HOLLOW: Struct("hollows_known", (Var("Thing"),)),
 }
 """Kinds of parts of which all may be known, with the test that says so. Faces are not among them: a
 round leg has none, but is a piece."""
@@ -449,12 +461,12 @@ def write_some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
     """Return the test that one was found `among` all of such kinds that a thing has, or that none
     was.
 
-    As long as a thing may have more openings than were seen nobody knows that there is none; what
-    there is besides of other kinds is not asked.
+    As long as a thing may have more openings or hollows than were seen nobody knows that there is
+    none; what there is besides of other kinds is not asked.
     """
-    if among != OPENING:
+    if among not in EACH_HOLE:
         return found if some else Struct("not", (found,))
-    known = _NO_MORE[OPENING]
+    known = _NO_MORE[among]
     if some:
         return Struct("any", ((found, Struct("not", (known,))),))
     return join_goals([Struct("not", (found,)), known])
@@ -475,6 +487,6 @@ def write_amount_test(
         tests.append(counted)
     if math.isfinite(high):
         tests.append(Struct("at_most_of", (math.floor(high), pattern, groups, test)))
-        if among == OPENING:
-            tests.append(_NO_MORE[OPENING])
+        if among in EACH_HOLE:
+            tests.append(_NO_MORE[among])
     return join_goals(tests) if tests else NOTHING

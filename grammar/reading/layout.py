@@ -18,7 +18,7 @@ STATEMENT_WORDS = frozenset(
 )
 """Words that a statement begins with, and that nothing else may be called."""
 
-PIECE_WORDS = frozenset({"piece", "board", "bar", "block", "opening"})
+PIECE_WORDS = frozenset({"piece", "board", "bar", "block", "opening", "hollow"})
 """Words for pieces and openings, where names follow them; elsewhere they are names like others."""
 
 # Words after which a statement cannot end.

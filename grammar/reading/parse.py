@@ -14,7 +14,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, is_slip, respell
-from facetlog.grammar.phrase_hints import find_phrase_hint
+from facetlog.grammar.phrase_hints import SPOKEN_WORDS, find_phrase_hint
 from facetlog.grammar.reading.layout import (
     STATEMENT_WORDS,
     Layout,
@@ -42,7 +42,9 @@ ALIKE = 0.7
 WORDS_TRIED = 12
 """Words before the fault that are tried as misspelt keywords."""
 
-KINDS_HINT = "a part is a `face`, a `board`, a `bar`, a `block`, a `piece` or an `opening`"
+KINDS_HINT = (
+    "a part is a `face`, a `board`, a `bar`, a `block`, a `piece`, an `opening` or a `hollow`"
+)
 
 MOST_WANTED = 8
 """Most alternatives that a message lists."""
@@ -91,7 +93,8 @@ def explained(
     kind = find_wrong_kind(statement)
     if kind is not None:
         message, span = f"`{kind.text}` is no kind of part", Span(kind.start, kind.end)
-        return Fault("part", message, source, span, phrase or KINDS_HINT)
+        hint = SPOKEN_WORDS.get(kind.text) or phrase or KINDS_HINT
+        return Fault("part", message, source, span, hint)
     hint = phrase or (f"expected {wanted}" if wanted else "")
     return Fault("syntax", message, source, span, hint)
 

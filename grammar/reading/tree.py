@@ -63,6 +63,8 @@ def _make_count(kind: s.CountKind) -> Make:
 def _make_comparison(comparator: s.Comparator) -> Make:
     def make(_: object, parts: Parts) -> s.Comparison:
         measure, limit, *rest = parts
+        if comparator is s.Comparator.BETWEEN:
+            limit = _share_alike(limit, rest[0])
         if comparator in (s.Comparator.AT_LEAST, s.Comparator.AT_MOST):
             rest = [None, *rest]
         second, fading = (*rest, None, None)[:2]
@@ -71,6 +73,16 @@ def _make_comparison(comparator: s.Comparator) -> Make:
         return s.Comparison(comparator, measure, limit, second, width, _span(parts), sharp)
 
     return make
+
+
+def _share_alike(low: s.Expression, high: s.Expression) -> s.Expression:
+    """Return the lower limit of `between 20 % and 80 % of x`, whose `of x` belongs to both."""
+    match low, high:
+        case s.Quantity(_, unit), s.Share(s.Quantity(_, other), whole) if (
+            unit is not None and other is not None and unit.text == other.text == "%"
+        ):
+            return s.Share(low, whole, low.span)
+    return low
 
 
 def _make_arithmetic(sign: str) -> Make:

@@ -15,6 +15,7 @@ __all__ = [
     "format_sd_count",
     "format_with_unit",
     "measured",
+    "tell_apart",
 ]
 
 # More standard deviations than this say no more than this: the distribution's tails are not known.
@@ -124,6 +125,23 @@ def measured(value: float, sd: float) -> str:
         return "0"
     whole = math.floor(math.log10(abs(rounded))) + 1
     return f"{rounded:.{max(0, min(digits, 4 - whole))}f}"
+
+
+def tell_apart(text: str, value: float, limit: float) -> tuple[str, str]:
+    """Return the text of a value and that of a limit, with so many digits that they show which of
+    both is greater, if they differ by more than rounding.
+
+    >>> tell_apart("35", 35.2, 35.0), tell_apart("35", 34.9996, 35.0)
+    (('35.2', '35'), ('34.9996', '35'))
+    """
+    written = amount(limit)
+    for digits in range(1, DIGITS + 1):
+        shown, there = float(text), float(written)
+        if abs(value - limit) < 10**-DIGITS or (shown - there) * (value - limit) > 0:
+            break
+        text = f"{value:.{digits}f}"
+        written = f"{limit:.{digits}f}".rstrip("0").rstrip(".")
+    return text, written
 
 
 def deviation(value: float, sd: float) -> str:

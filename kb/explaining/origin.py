@@ -223,13 +223,14 @@ class PieceOrigin(_Named):
 
 @dataclass(frozen=True, slots=True)
 class OpeningOrigin(_Named):
-    """An opening: its thing, length and width of what one sees through, and what is round it.
+    """An opening or hollow: its thing, length and width of it, and what is round it.
 
     `heights` as of a piece; `pieces` are along its rim, and it is in `faces`.
     """
 
     functor: ClassVar[str] = "opening"
     name: str
+    kind: str
     thing: str | None
     size: tuple[float, float]
     size_sd: float
@@ -239,12 +240,13 @@ class OpeningOrigin(_Named):
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
         """Return the opening with what frames it, then the faces that it is in."""
-        said = [f"through {self.thing}"] if self.thing else []
+        article, where = ("an", "through") if self.kind == "opening" else ("a", "in")
+        said = [f"{where} {self.thing}"] if self.thing else []
         said.append(format_lengths(self.size, self.size_sd, length_unit or "", sign=" × "))
         said += _iter_height_texts(self.heights, length_unit)
         if self.pieces:
             said.append(f"framed by {', '.join(self.pieces)}")
-        yield f"{self.name}: an opening, {', '.join(said)}"
+        yield f"{self.name}: {article} {self.kind}, {', '.join(said)}"
         yield from _iter_item_lines(self.faces, "face", full=full, length_unit=length_unit)
 
 

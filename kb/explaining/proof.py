@@ -19,6 +19,7 @@ from facetlog.kb.explaining.amounts import (
     format_sd_count,
     format_with_unit,
     measured,
+    tell_apart,
 )
 from facetlog.kb.explaining.measure_words import describe_limit, describe_ratio, measure_words
 
@@ -89,10 +90,15 @@ class Within:
         half = self.fading / 2
         return low - half, high + half
 
-    def text(self, unit: Unit) -> str:
-        """Return for example 'at most 46 mm'; degrees, which need no unit to be understood,
-        bare."""
+    def text(self, unit: Unit, value: float) -> str:
+        """Return for example 'at most 46 mm'; degrees, which need no unit to be understood, bare.
+
+        `value` is what is compared with it, written beside it.
+        """
         limits = tuple(amount(unit.of(limit)) for limit in self.limits)
+        if self.sort != "near":
+            own = unit.of(value)
+            limits = tuple(tell_apart(amount(own), own, unit.of(limit))[1] for limit in self.limits)
         match self.sort, limits:
             case "near", (target, tolerance):
                 region = f"{target} ± {tolerance}"
@@ -124,7 +130,10 @@ class Shortfall:
     def text(self, unit: Unit) -> str:
         """Return for example '3.8° short'."""
         word = "short" if self.side is Side.BELOW else "over"
-        missing = amount(float(measured(unit.of(self.amount), self.sd / unit.size)))
+        own = unit.of(self.amount)
+        missing = amount(float(measured(own, self.sd / unit.size)))
+        if float(missing) == 0:  # it is less than its deviation, and no less true
+            missing = amount(float(f"{self.amount / unit.size:.1g}"))
         return f"{format_with_unit(missing, unit.name)} {word}"
 
     def to_json(self) -> dict[str, Any]:
@@ -180,6 +189,12 @@ class Comparison:
         number, spread = measured(value, sd), deviation(value, sd)
         if not spread:
             number = beside(value, *map(unit.of, self.within.limits))
+        limits = self.within.limits
+        if self.within.sort == "near":
+            target, tolerance = limits
+            limits = target - tolerance, target + tolerance
+        for limit in limits:
+            number, _ = tell_apart(number, value, unit.of(limit))
         if not spread or not with_sd:
             return f"{measure} = {format_with_unit(number, unit.name)}{end}"
         # A degree sign belongs to each number, a unit that is a word to both.
@@ -214,7 +229,7 @@ class Comparison:
         """
         unit = self.choose_unit_of_value(length_unit)
         text, bare = self.text(length_unit), self.text(length_unit, with_sd=False)
-        region = self.within.text(unit)
+        region = self.within.text(unit, self.value)
         if state is State.UNKNOWN and self.unseen is not None:
             return self._open_sentences(unit, region)
         if not is_wanted and state is State.FAILS:

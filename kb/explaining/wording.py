@@ -48,6 +48,9 @@ _RELATIONS: dict[str, tuple[str, str]] = {
     "frames": ("{0} is at the rim of {1}", "{0} is not at the rim of {1}"),
     "beside": ("{0} stands beside {1}", "{0} does not stand beside {1}"),
     "inside": ("{0} is inside {1}", "{0} is not inside {1}"),
+    "open_at_top": ("{0} is open at the top", "{0} is not open at the top"),
+    "open_at_side": ("{0} is open at a side", "{0} is not open at a side"),
+    "hollows_known": ("all hollows of {0} are known", "{0} may have more hollows"),
     "openings_known": ("all openings of {0} are known", "{0} may have more openings"),
     "whole": ("{0} is known from all sides", "{0} is not known from all sides"),
     "scanned": ("{0} was scanned from some sides", "{0} was not scanned from some sides"),
@@ -113,7 +116,11 @@ def describe_relation(relation: Term, truth: str, cause: str = "none") -> str:
         case Struct(name, args) if _strip_word_prefix(name) in _RELATIONS:
             faces = _names(args)
             true, false = _RELATIONS[_strip_word_prefix(name)]
-            unknown = false if name == "openings_known" else f"it is not known whether {true}"
+            unknown = (
+                false
+                if name in ("openings_known", "hollows_known")
+                else f"it is not known whether {true}"
+            )
             form = {"true": true, "false": false}.get(truth, unknown)
             # A list of faces may be empty.
             return form.format(*faces, *("nothing",) * 2, all=listed(faces))

@@ -31,8 +31,10 @@ RESTING_WORDS = (
     "line_label",
     "impossible_drawing",
     r"(?:piece|opening)_\w+",
+    "hollow_in",
     "largest_pieces",
     "largest_openings",
+    "largest_hollows",
     "thickness",
 )
 # Words of everyday texts and names of parts, too: they count where something is said by them.

@@ -66,12 +66,14 @@ def count_missed_cells(corner_sd: float) -> int:
     return int(np.ceil(missed)) if missed > LEAST_MISSED else 0
 
 
-def enclosed(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
-    """Return cells that are surface or are enclosed by it; the ground closes what stands on it."""
+def enclosed(surface: Cells, *, on_ground: bool, missed: int = 0) -> tuple[Cells, Cells]:
+    """Return cells that are surface or are enclosed by it, and those of rooms that are nearly so;
+    the ground closes what stands on it.
+    """
     missed = min(missed, max(surface.shape))  # from there on all gaps are closed
     within = ~find_reached_from_outside(surface, on_ground=on_ground, missed=missed)
     rooms = _find_met_along_all_axes(surface, on_ground=on_ground) & ~within
-    return within | _find_nearly_closed(rooms, within) if rooms.any() else within
+    return within, _find_nearly_closed(rooms, within) if rooms.any() else rooms
 
 
 def find_reached_from_outside(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:

@@ -89,7 +89,7 @@ def _along(least: Grid, most: Grid, axis: int, *, on_ground: bool) -> Iterator[O
     inner = _enclosed(~np.asarray(least.solid.any(axis=axis)), on_ground=on_ground)
     for number in range(1, int(inner.max(initial=0)) + 1):
         hole = inner == number
-        if _is_wide(hole) and float(through[hole].mean()) >= SEEN_THROUGH:
+        if is_wide(hole) and float(through[hole].mean()) >= SEEN_THROUGH:
             yield _opening(least, axis, hole)
 
 
@@ -119,7 +119,7 @@ def has_room_for_openings(
                 room[one, two] &= ~free[one, two]
                 if not _is_one_opening(opening, free):
                     return True
-        if _is_wide(room):
+        if is_wide(room):
             return True
     return False
 
@@ -161,10 +161,10 @@ def _is_one_opening(opening: Opening, free: _Plan) -> bool:
     hole = np.zeros(free.shape, dtype=bool)
     hole[tuple(opening.cells.T)] = True
     labels, count = ndimage.label(hole & free)
-    return sum(_is_wide(labels == number) for number in range(1, count + 1)) == 1
+    return sum(is_wide(labels == number) for number in range(1, count + 1)) == 1
 
 
-def _is_wide(hole: _Plan) -> bool:
+def is_wide(hole: _Plan) -> bool:
     """Return whether a hole is somewhere as wide as it must be."""
     from scipy import ndimage
 

@@ -37,12 +37,14 @@ class State(IntEnum):
 class Space:
     """The state (uint8) of each of the `cells` (nx, ny, nz) of a lattice round a thing.
 
-    `closed` says that the thing's surface leaves nothing open behind it.
+    `closed` says that the thing's surface leaves nothing open behind it; then `rooms` (nx, ny, nz)
+    are cells that count as full because their surface is nearly closed, but can be reached.
     """
 
     lattice: Lattice
     cells: NDArray[np.uint8]
     closed: bool
+    rooms: NDArray[np.bool_] | None = None
 
     @property
     def cell(self) -> float:

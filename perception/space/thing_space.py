@@ -183,13 +183,14 @@ def thing_space(
     touched = lattice.holding(points)
     if not len(flat):
         touched |= lattice.holding(lattice.local(surface.outer))
-    within = enclosed(
+    walls, rooms = enclosed(
         touched, on_ground=on_ground, missed=count_missed_cells(surface.corner_sd / lattice.cell)
     )
+    within = walls | rooms
     closed = surface.all_round and _open_share(lattice, within, points, facing) <= OPEN_SHARE
     if closed:
         cells = np.where(within, State.FULL, State.FREE).astype(np.uint8)
-        return Space(lattice, cells, closed)
+        return Space(lattice, cells, closed, rooms if rooms.any() else None)
     # right before surface that was seen from there
     before = np.zeros(lattice.size, dtype=np.bool_)
     numbers = lattice.numbers(points + BESIDE * facing)

@@ -113,6 +113,18 @@ def test_comparisons_of_every_form(
     assert (found.fading is not None) is fading
 
 
+def test_what_follows_between_is_shared_by_both_limits() -> None:
+    found = condition("height(a) between 20 % and 80 % of height(this)")
+    assert isinstance(found, s.Comparison)
+    assert isinstance(found.limit, s.Share)
+    assert isinstance(found.second, s.Share)
+    assert found.limit.whole == found.second.whole
+    assert [found.limit.share.value, found.second.share.value] == [20, 80]
+    apart = condition("height(a) between 20 cm and 80 % of height(this)")
+    assert isinstance(apart, s.Comparison)
+    assert isinstance(apart.limit, s.Quantity)
+
+
 @pytest.mark.parametrize("text", ["tilt(a) at most 5° sharp", "tilt(a) = 9 deg ± 5 deg sharp"])
 def test_a_limit_is_sharp_where_its_author_says_so(text: str) -> None:
     found = condition(text)

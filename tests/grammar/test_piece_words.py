@@ -16,7 +16,7 @@ from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.reading.parse import parse
 from facetlog.grammar.source import Source
 from facetlog.grammar.traversal import walk
-from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, VOCABULARY, Gives
+from facetlog.grammar.vocabulary import HOLLOW, IN_SPACE, OPENING, PIECE, VOCABULARY, Gives
 
 OF_PIECES = (
     "board top",
@@ -248,9 +248,22 @@ def test_openings_are_counted_as_far_as_they_are_known() -> None:
     assert "all([not(some(X, Xs, opening_above(X, Way))), openings_known(Thing)])" in text
 
 
+def test_hollows_are_counted_as_far_as_they_are_known() -> None:
+    text = compiled(
+        _analysis(
+            "model m\n  hollow bay where bay is open_at_side\n  board top\n"
+            "  a: top above bay, depth(bay) at least 20 % of length(bay)\n"
+            "  b: there is no hollow x where mouth(x) at most 10 %\n"
+        )
+    ).prolog
+    assert "at_least_in(1, hollows_known(Thing), Hollow, Hollows, all([]))" in text
+    assert "opening_open_at_side(Bay)" in text
+    assert "hollows_known(Thing)])" in text
+
+
 def test_words_of_pieces_and_openings_yield_and_so_do_three_of_levels() -> None:
     yields = {word.name for word in VOCABULARY.values() if word.yields}
-    own = {w.name for w in VOCABULARY.values() if w.arguments[0] in (PIECE, OPENING)}
+    own = {w.name for w in VOCABULARY.values() if w.arguments[0] in (PIECE, OPENING, HOLLOW)}
     own |= {w.name for w in VOCABULARY.values() if w.arguments[0] == IN_SPACE}
     assert yields == own | {
         "enclosed",

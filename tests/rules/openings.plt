@@ -55,7 +55,7 @@ test(ends, [T, B] == [2.1, 0.1]) :-
     value(opening_top_of(o1), T-_-_),
     value(opening_bottom_of(o1), B-_-_).
 test(openings_of_a_thing, Os == [o1, o2]) :-
-    found(opening_of(t1, O), O, Os).
+    found(opening_through(t1, O), O, Os).
 test(the_largest_first, Os == [[o1, o2]]) :-
     found(largest_openings(t1, O), O, Os).
 test(in_a_face, [S, T, U] == [holds, fails, unknown]) :-

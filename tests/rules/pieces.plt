@@ -128,6 +128,8 @@ test(the_largest_first, Ps == [[p3, p4, p5]]) :-
     found(largest_pieces(t2, P), P, Ps).
 test(choices_are_the_first_that_are_free, Ps == [p4, p5]) :-
     found(piece_choice([p3, p4, p5], 2, [p3], P), P, Ps).
+test(only_what_fits_is_near_where_pieces_may_lack, Ps == [[p4]]) :-
+    found(nearest_pieces(t2, [p3, p4, p5], [[p3, p4], [p4, p5]], P), P, Ps).
 test(nothing_left_is_unseen, Ps == [unseen]) :-
     found(piece_choice([p3], 2, [p3], P), P, Ps).
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.explaining.proof import State
@@ -19,7 +20,9 @@ from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, s
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
-from tests.perception.pieces.test_openings import LINTEL, POSTS, SILL, of_boxes
+from tests.perception.pieces.test_hollows import LID, RING
+from tests.perception.pieces.test_hollows import of_boxes as changed
+from tests.perception.pieces.test_openings import LINTEL, POSTS, SILL, Box, of_boxes
 from tests.perception.space.simulated_scans import eye_at, scanned
 
 MODELS = """model table2
@@ -190,8 +193,63 @@ model two_walls
   board facing where facing is upright, facing beside side
   face back where back is upright
   deep: height(side) at least 50 % of height(this), height(facing) at least 50 % of height(this)
+
+model tub
+  "A space that is open at the top, and nothing else is."
+  hollow inner where inner is open_at_top
+  wide: mouth(inner) at least 80 %, depth(inner) at least 30 % of height(this)
+  alone: there is no hollow other where other is open_at_side
+
+model organ
+  "Bars from a rail, evenly one after the other, and each longer than the one before."
+  board rail where rail is upright
+  at least 4 bars pipe where pipe is level, pipe joins rail
+  sorted: order of length(pipe) at least 90 %
+  even: smallest spacing of pipe at least 80 % of largest spacing of pipe
 """
-OF_WORDS = ("book_rack", "hoop", "two_holes", "plate", "pit", "stand", "two_walls")
+OF_WORDS = ("book_rack", "hoop", "two_holes", "plate", "pit", "stand", "two_walls", "tub", "organ")
+RAIL = ((0.0, 0.0, 0.0), (0.6, 0.02, 0.1))
+
+
+def _pipes(places: tuple[float, ...], lengths: tuple[float, ...]) -> tuple[Box, ...]:
+    each = zip(places, lengths, strict=True)
+    return RAIL, *(((x, 0.02, 0.0), (x + 0.04, 0.02 + length, 0.03)) for x, length in each)
+
+
+EVENLY, LONGER = (0.02, 0.14, 0.26, 0.38), (0.3, 0.34, 0.38, 0.42)
+CHANGES = {
+    "as it is": np.eye(3),
+    "turned": Rotation.from_euler("z", 70.0, degrees=True).as_matrix(),
+    "mirrored": np.diag([-1.0, 1.0, 1.0]),
+    "small": 0.2 * np.eye(3),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize(
+    ("boxes", "fails"),
+    [
+        (_pipes(EVENLY, LONGER), set()),
+        (_pipes(EVENLY, LONGER[::-1]), set()),
+        (_pipes(EVENLY, (0.34, 0.3, 0.42, 0.38)), {"sorted"}),
+        (_pipes(EVENLY, (0.3,) * 4), {"sorted"}),
+        (_pipes((0.02, 0.14, 0.2, 0.38), LONGER), {"even"}),
+    ],
+    ids=["rising", "falling", "mixed", "alike", "uneven"],
+)
+def test_a_row_is_sorted_and_even_in_whatever_frame(
+    worded: Loaded, boxes: tuple[Box, ...], fails: set[str], change: str
+) -> None:
+    verdict = _alike(worded, "row", changed(*boxes, by=CHANGES[change]))["organ"]
+    assert {c.label for c in verdict.list_conditions_in_state(State.FAILS)} == fails
+    assert verdict.state is (State.FAILS if fails else State.HOLDS)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_hollow_is_found_by_models_in_whatever_frame(worded: Loaded, change: str) -> None:
+    by = CHANGES[change]
+    assert _alike(worded, "ring", changed(*RING, by=by))["tub"].state is State.HOLDS
+    assert _alike(worded, "lid", changed(*RING, LID, by=by))["tub"].state is State.FAILS
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +274,8 @@ def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
         assert brief[model].state is verdict.state, model
         assert brief[model].degree == pytest.approx(verdict.degree, abs=1e-12)
         assert brief[model].parts == tuple((p.role, p.faces) for p in verdict.parts)
-    assert all(c.interpreted == () for m, c in judge.conditions().items() if m in OF_WORDS)
+    left = {x for m, c in judge.conditions().items() if m in OF_WORDS for x in c.interpreted}
+    assert left == {"sorted"}  # the order of a row
     return found
 
 

@@ -253,7 +253,9 @@ once_a_scene(vocabulary, largest_faces(_, _), function).
 once_a_scene(vocabulary, largest_pieces(_, _), function).
 once_a_scene(vocabulary, piece_in(_, _), answers).
 once_a_scene(vocabulary, largest_openings(_, _), function).
-once_a_scene(vocabulary, opening_of(_, _), answers).
+once_a_scene(vocabulary, opening_through(_, _), answers).
+once_a_scene(vocabulary, largest_hollows(_, _), function).
+once_a_scene(vocabulary, hollow_in(_, _), answers).
 once_a_scene(vocabulary, face_of(_, _), answers).
 once_a_scene(vocabulary, element_of(_, _), answers).
 

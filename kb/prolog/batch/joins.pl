@@ -53,7 +53,7 @@ joined([Goal|Goals0], Outer, Orders0, Goals) :-
 
 generator(Goal, Thing, X) :-
     nonvar(Goal),
-    ( Goal = face_of(Thing, X) ; Goal = piece_in(Thing, X) ; Goal = opening_of(Thing, X) ),
+    memberchk(Goal, [face_of(Thing, X), piece_in(Thing, X), opening_through(Thing, X), hollow_in(Thing, X)]),
     !,
     var(Thing),
     var(X).

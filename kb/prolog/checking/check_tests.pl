@@ -127,7 +127,7 @@ measure_fault(Expression, Position, Fault) :-
 measure_fault(Summary, Position, Fault) :-
     compound(Summary),
     memberchk(Summary, [ lowest(List), highest(List), sum(List), mean(List),
-                         smallest_step(List), largest_step(List) ]),
+                         smallest_step(List), largest_step(List), order(List) ]),
     !,
     argument_position(Position, 1, At),
     measures_fault(List, At, Fault).

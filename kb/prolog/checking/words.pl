@@ -81,10 +81,14 @@ described(edge_of('Thing', 'Edge'), search, "a side of a measured face of the th
 described(vertex_of('Thing', 'Vertex'), search, "a corner of a measured face of the thing").
 described(piece_in('Thing', 'Piece'), search, "a solid part of the thing").
 described(largest_pieces('Thing', 'Pieces'), search, "the pieces, the largest first").
+described(nearest_pieces('Thing', 'Pieces', 'Fitting', 'Nearest'), search,
+          "the pieces that may pass all tests; of a thing whose pieces are all known those that may pass most first").
 described(piece_choice('Pieces', 'Count', 'Others', 'Piece'), search,
           "one of the first Count pieces that is not among Others, or unseen").
-described(opening_of('Thing', 'Opening'), search, "an opening of the thing").
+described(opening_through('Thing', 'Opening'), search, "an opening of the thing").
 described(largest_openings('Thing', 'Openings'), search, "the openings, the largest first").
+described(hollow_in('Thing', 'Hollow'), search, "a hollow of the thing").
+described(largest_hollows('Thing', 'Hollows'), search, "the hollows, the largest first").
 described(part_in('Thing', 'Model', 'Role', 'Part'), search,
           "the face or piece that plays the part of the model in the thing, or unseen").
 described(shared_edge('A', 'B', 'Edge'), search, "the measured faces A and B share the edge").
@@ -150,6 +154,11 @@ described(metres('Number'), measure, "a length, if the scale is known").
 described(count('List'), measure, "how many elements the list has").
 described(smallest_gap('Things'), measure, "least distance between two of the things").
 described(largest_gap('Things'), measure, "greatest distance between two of the things").
+described(smallest_spacing('Pieces'), measure,
+          "seen from above, least distance of neighbours in the row that the pieces stand in").
+described(largest_spacing('Pieces'), measure, "greatest distance of neighbours in that row").
+described(order('Measures'), measure,
+          "share of the steps along the row of their pieces that rise, or that fall, if these are more").
 described(lowest('Measures'), measure, "the least of the measures").
 described(highest('Measures'), measure, "the greatest of the measures").
 described(sum('Measures'), measure, "the sum of the measures").
@@ -159,6 +168,7 @@ described(smallest_step('Measures'), measure,
 described(largest_step('Measures'), measure,
           "the greatest difference of neighbours among the measures in their order").
 described(openings_known('Thing'), relation, "no unseen space has room for another opening").
+described(hollows_known('Thing'), relation, "it is known from all sides: it has no other hollows").
 described(pieces_known('Thing'), relation, "its pieces fill all of its volume: it has no others").
 described(whole('Thing'), relation, "the thing's surface is known from all sides").
 described(scanned('Thing'), relation,

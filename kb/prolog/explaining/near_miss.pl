@@ -126,7 +126,8 @@ known_parts(Parts) :-
     findall(Edge, fact(edge(Edge, _, _)), Edges),
     findall(Piece, fact(piece(Piece)), Pieces),
     findall(Opening, fact(opening(Opening)), Openings),
-    convlist(span, [Faces, Edges, Pieces, Openings], Parts).
+    findall(Hollow, fact(hollow_of(Hollow, _)), Hollows),
+    convlist(span, [Faces, Edges, Pieces, Openings, Hollows], Parts).
 
 %   Names that count up, in short; fails where there are none.
 span([Only], Only) :- !.
@@ -139,6 +140,7 @@ known_part(Part) :- fact(face(Part)), !.
 known_part(Part) :- fact(edge(Part, _, _)), !.
 known_part(Part) :- fact(piece(Part)), !.
 known_part(Part) :- fact(opening(Part)), !.
+known_part(Part) :- fact(hollow_of(Part, _)), !.
 known_part(Part) :- fact(thing(Part)).
 
 things_of(Given, Thing) :-
@@ -152,6 +154,7 @@ things_of(Given, Thing) :-
 belongs(Part, Thing) :- fact(part_of(Part, Thing)).
 belongs(Part, Thing) :- fact(piece_of(Part, Thing)).
 belongs(Part, Thing) :- fact(opening_of(Part, Thing)).
+belongs(Part, Thing) :- fact(hollow_of(Part, Thing)).
 
 %   What the model proposes and agrees with Given; else what it proposes, with Given put in its place;
 %   else Given alone.

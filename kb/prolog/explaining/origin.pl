@@ -55,7 +55,10 @@ has_origin(Name) :- atom(Name), fact(vertex(Name)), !.
 has_origin(Name) :- atom(Name), fact(edge(Name, _, _)), !.
 has_origin(Name) :- atom(Name), fact(thing(Name)), !.
 has_origin(Name) :- atom(Name), fact(piece(Name)), !.
-has_origin(Name) :- atom(Name), fact(opening(Name)), !.
+has_origin(Name) :- atom(Name), hole(Name, _, _), !.
+
+hole(Name, opening, Thing) :- fact(opening_of(Name, Thing)).
+hole(Name, hollow, Thing) :- fact(hollow_of(Name, Thing)).
 
 named(Name, face(Name, Things, Evidence, Planes, Corners)) :-
     fact(face(Name)),
@@ -98,10 +101,10 @@ named(Name, piece(Name, Things, size(L, W, H), Sd, Heights, Measured, Round, Fac
     found(F, piece_face(Name, F), FaceNames),
     maplist(named, FaceNames, Faces),
     findall(Shape, limit(1, piece_shape(Name, Shape)), Shapes).
-named(Name, opening(Name, Things, size(L, W), Sd, Heights, Pieces, Faces)) :-
-    fact(opening(Name)),
+named(Name, opening(Name, Kind, Things, size(L, W), Sd, Heights, Pieces, Faces)) :-
+    hole(Name, Kind, Thing),
     !,
-    found(T, opening_of(Name, T), Things),
+    Things = [Thing],
     fact(opening_size(Name, L, W, Sd)),
     found(from(Low, High, HeightSd), opening_heights(Name, Low, High, HeightSd), Heights),
     found(P, frames(P, Name), Pieces),

@@ -57,10 +57,17 @@ _PIECES: tuple[FactKind, ...] = (
         _NO_UP + ", or unseen space may change it by more than 5 %",
     ),
     _kind(
-        "piece_inset +P:piece +Q:piece V:length Sd:length",
+        "piece_distance +P:piece +Q:piece V:length Sd:length",
+        _MAYBE,
+        "seen from above, how far apart their middles are; of pieces of one object",
+        _NO_UP + ", or it depends on unseen space",
+    ),
+    _kind(
+        "piece_inset +P:piece +Q:piece V:length Corner:length Sd:length",
         _MAYBE,
         "seen from above, how far P lies within the box around Q on the side where that is least, "
-        "below 0 if it projects; of pieces of one object",
+        "below 0 if it projects, and on the farther side of the nearest corner; of pieces of one "
+        "object",
         _NO_UP + ", or it depends on unseen space",
     ),
     _kind(
@@ -116,12 +123,12 @@ OPENING_KINDS: tuple[FactKind, ...] = (
     _kind("opening +O:opening", _ONE, "a hole that one can see through, surrounded by its object"),
     _kind("opening_of +O:opening T:thing", _ONE, "the object that it is in"),
     _kind(
-        "opening_size +O:opening L:length W:length Sd:length",
+        "opening_size +O:hole L:length W:length Sd:length",
         _ONE,
-        "length and width of the rectangle around it",
+        "length and width of the rectangle around it, or around the section of a hollow",
     ),
     _kind(
-        "opening_heights +O:opening Low:length High:length Sd:length",
+        "opening_heights +O:hole Low:length High:length Sd:length",
         _MAYBE,
         "heights of its lowest and highest point above the lowest point of its object",
         _NO_UP,
@@ -143,6 +150,24 @@ OPENING_KINDS: tuple[FactKind, ...] = (
         _MAYBE,
         "the piece forms at least 5 % of the rim of the opening",
         "otherwise",
+    ),
+    _kind(
+        "hollow_of +H:hollow T:thing",
+        _ONE,
+        "the object that it is in: a space walled on four sides, closed behind, and open at the "
+        "top or at one side",
+    ),
+    _kind(
+        "hollow_mouth +H:hollow Side:symbol Depth:length Sd:length Share:share ShareSd:share",
+        _ONE,
+        "where it opens, `top` or `side`, how far it reaches in from there, and the share of its "
+        "section that is open",
+    ),
+    _kind(
+        "hollows_known +T:thing",
+        _MAYBE,
+        "all its hollows are known",
+        "it is not known from all sides, or " + _NO_UP,
     ),
     _kind(
         "inside +X:solid +Y:solid Known:symbol",

@@ -15,6 +15,7 @@ from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     heights,
+    iter_known_distances,
     iter_known_insets,
     iter_known_overlaps,
     iter_known_relations,
@@ -26,6 +27,7 @@ from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.pieces.shown_pieces import Kind, Piece, Pieces, ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.space.grid import ROUNDING
+from facetlog.perception.space.hollows import Hollow, find_hollows
 from facetlog.perception.space.openings import Opening, find_openings, has_room_for_openings
 from facetlog.perception.space.space import Space
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
@@ -68,17 +70,31 @@ def iter_opening_facts(
     """Yield functors and arguments of the facts about one opening; `face_names` (f,) are of all
     faces.
     """
-    sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
     yield "opening", (name,)
+    yield from _iter_extents(name, opening, filled, up)
+    middles = opening.places(np.insert(opening.cells, opening.along, 0, axis=1))
+    for face in filled.surface.faces:
+        if _is_within(middles, opening.lattice.axes[opening.along], face):
+            yield "opening_in", (name, str(face_names[face.index]))
+
+
+def iter_hollow_facts(name: str, hollow: Hollow, thing: str) -> Iterator[Row]:
+    """Yield functors and arguments of what a hollow has besides its extents."""
+    yield "hollow_of", (name, thing)
+    sd = float(np.sqrt(2.0)) * ROUNDING * hollow.lattice.cell
+    side = "top" if hollow.at_top else "side"
+    yield "hollow_mouth", (name, side, hollow.depth, sd, hollow.mouth, hollow.mouth_sd)
+
+
+def _iter_extents(
+    name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None
+) -> Iterator[Row]:
+    sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
     yield "opening_size", (name, *opening.extents, sd)
     if up is not None:
         heights = opening.corners @ up - float(filled.space.corner[2])
         low, high = max(0.0, float(heights.min())), float(heights.max())
         yield "opening_heights", (name, low, high, sd)
-    middles = opening.places(np.insert(opening.cells, opening.along, 0, axis=1))
-    for face in filled.surface.faces:
-        if _is_within(middles, opening.lattice.axes[opening.along], face):
-            yield "opening_in", (name, str(face_names[face.index]))
 
 
 def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
@@ -229,7 +245,7 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
     with_openings = any(rows.wants(kind.functor) for kind in OPENING_KINDS)
-    holes = 0
+    holes = hollow_count = 0
     for found in _iter_found_pieces(s):
         for functor, each in found.facts(s.face_names):
             rows.add_rows(functor, [each])
@@ -239,15 +255,25 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
             rows.add_rows("piece_angle", found.angles())
         if rows.wants("piece_overlap"):
             rows.add_rows("piece_overlap", found.overlaps())
+        if rows.wants("piece_distance"):
+            rows.add_rows("piece_distance", found.distances())
         if rows.wants("piece_inset"):
             rows.add_rows("piece_inset", found.insets())
         if not with_openings:
             continue
         openings = find_openings_of(found.filled, found.up)
-        named = [(f"o{holes + i}", each) for i, each in enumerate(openings, start=1)]
+        named: list[tuple[str, Opening]] = [
+            (f"o{holes + i}", each) for i, each in enumerate(openings, start=1)
+        ]
         holes += len(named)
         for functor, each in found.openings(named, s.face_names):
             rows.add_rows(functor, [each])
+        hollows = () if found.up is None else find_hollows(found.filled.space, on_ground=True)
+        named_hollows = [(f"h{hollow_count + i}", each) for i, each in enumerate(hollows, start=1)]
+        hollow_count += len(hollows)
+        for functor, each in found.hollows(named_hollows):
+            rows.add_rows(functor, [each])
+        named += named_hollows
         if rows.wants("inside") or rows.wants("beside"):
             for functor, all_ in found.relate_solids(named).items():
                 rows.add_rows(functor, all_)
@@ -327,10 +353,15 @@ class _Found:
         for one, other, share, sd in iter_known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
 
-    def insets(self) -> Iterator[tuple[str, str, float, float]]:
+    def distances(self) -> Iterator[tuple[str, str, float, float]]:
+        """Yield the arguments of the facts about how far apart each two pieces' plans are."""
+        for one, other, apart, sd in iter_known_distances(self._boxes, self.up):
+            yield self.names[one], self.names[other], apart, sd
+
+    def insets(self) -> Iterator[tuple[str, str, float, float, float]]:
         """Yield the arguments of the facts about how far each piece's plan is within another's."""
-        for one, other, inset, sd in iter_known_insets(self._boxes, self.up):
-            yield self.names[one], self.names[other], inset, sd
+        for one, other, inset, corner, sd in iter_known_insets(self._boxes, self.up):
+            yield self.names[one], self.names[other], inset, corner, sd
 
     @cached_property
     def _boxes(self) -> list[SolidBox]:
@@ -349,6 +380,18 @@ class _Found:
             yield from iter_rim_facts(name, opening, pieces)
         if openings_known(self.filled, self.up, [opening for _, opening in named]):
             yield "openings_known", (self.thing,)
+
+    def hollows(
+        self, named: Sequence[tuple[str, Hollow]]
+    ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
+        """Yield functors and arguments of the facts about the thing's hollows, each with its
+        name.
+        """
+        for name, hollow in named:
+            yield from _iter_extents(name, hollow, self.filled, self.up)
+            yield from iter_hollow_facts(name, hollow, self.thing)
+        if self.filled.known and self.up is not None:
+            yield "hollows_known", (self.thing,)
 
     def relate_solids(
         self, named: Sequence[tuple[str, Opening]]

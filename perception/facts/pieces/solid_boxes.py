@@ -211,9 +211,10 @@ def iter_known_overlaps(
 
 def iter_known_insets(
     boxes: Sequence[SolidBox], up: FloatArray | None
-) -> Iterator[tuple[int, int, float, float]]:
+) -> Iterator[tuple[int, int, float, float, float]]:
     """Yield for each two boxes, by their indices, how far the first one's plan lies within the
-    other's, on the side where that is least, below 0 if it projects, with its standard deviation;
+    other's, below 0 if it projects: on the side where that is least, and on the farther one of the
+    two sides of the nearest corner; with their standard deviation;
     nothing without up, and where unseen space makes a difference.
     """
     if up is None or len(boxes) < 2:
@@ -222,21 +223,43 @@ def iter_known_insets(
     for one, other in permutations(range(len(boxes)), 2):
         inner, outer = boxes[one], boxes[other]
         sd = float(CELL_SD * np.hypot(inner.cell, outer.cell))
-        found = _measure_inset(inner, outer, up)
-        ways = [_measure_inset(most[one], outer, up), _measure_inset(inner, most[other], up)]
+        found = _measure_insets(inner, outer, up)
+        ways = [_measure_insets(most[one], outer, up), _measure_insets(inner, most[other], up)]
         if np.abs(np.array(ways) - found).max() <= sd:
-            yield one, other, found, sd
+            yield one, other, float(found[0]), float(found[1]), sd
 
 
-def _measure_inset(inner: SolidBox, outer: SolidBox, up: FloatArray) -> float:
-    """Return how far a box's plan lies within another's, on the side where that is least."""
+def iter_known_distances(
+    boxes: Sequence[SolidBox], up: FloatArray | None
+) -> Iterator[tuple[int, int, float, float]]:
+    """Yield for each two boxes, by their indices, how far apart their middles are seen from above,
+    with its standard deviation; nothing without up, and where unseen space makes a difference.
+    """
+    if up is None or len(boxes) < 2:
+        return
+    flat = np.eye(3) - np.outer(up, up)
+    middles = np.array([box.middle for box in boxes]) @ flat
+    moved = np.linalg.norm(np.array([box.widest.middle for box in boxes]) @ flat - middles, axis=1)
+    cells = CELL_SD * np.array([box.cell for box in boxes])
+    known = moved <= cells
+    for one, other in permutations(np.flatnonzero(known).tolist(), 2):
+        apart = float(np.linalg.norm(middles[one] - middles[other]))
+        yield one, other, apart, float(np.hypot(cells[one], cells[other]))
+
+
+def _measure_insets(inner: SolidBox, outer: SolidBox, up: FloatArray) -> FloatArray:
+    """Return how far (2,) a box's plan lies within another's: on the side where that is least, and
+    on the nearest side along another direction.
+    """
     # The sides of a box's plan are parallel to its edges: their normals are square to those and up.
     normals = np.cross(outer.axes, up)
     lengths = np.linalg.norm(normals, axis=1)
     square = lengths > THIN
     normals = np.concatenate([each := normals[square] / lengths[square, None], -each])
     inside, around = (box.at(_ENDS) @ normals.T for box in (inner, outer))
-    return float((around.max(axis=0) - inside.max(axis=0)).min())
+    insets = (around.max(axis=0) - inside.max(axis=0)).reshape(2, -1).min(axis=0)
+    found: FloatArray = np.sort(insets)[:2]
+    return found
 
 
 def _both_ways(

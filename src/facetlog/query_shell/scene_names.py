@@ -15,12 +15,14 @@ _GOALS = {
     ArgumentKind.THING: "thing(N)",
     ArgumentKind.PIECE: "piece(N)",
     ArgumentKind.OPENING: "opening(N)",
+    ArgumentKind.HOLLOW: "hollow_of(N, _)",
     ArgumentKind.VIEW: "view(N, _)",
 }
 _MIXED = {
     ArgumentKind.PART: (ArgumentKind.FACE, ArgumentKind.EDGE),
     ArgumentKind.LEVEL: (ArgumentKind.FACE, ArgumentKind.PIECE),
-    ArgumentKind.SOLID: (ArgumentKind.PIECE, ArgumentKind.OPENING),
+    ArgumentKind.HOLE: (ArgumentKind.OPENING, ArgumentKind.HOLLOW),
+    ArgumentKind.SOLID: (ArgumentKind.PIECE, ArgumentKind.OPENING, ArgumentKind.HOLLOW),
     ArgumentKind.BODY: (ArgumentKind.FACE, ArgumentKind.EDGE, ArgumentKind.THING),
 }
 

@@ -1,13 +1,14 @@
 """Numbers in the unit that suits them."""
 
 import math
+import re
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.kb.explaining.amounts import choose_unit_for, deviation, measured
-from facetlog.kb.explaining.proof import Comparison, State, Within
+from facetlog.kb.explaining.proof import Comparison, Shortfall, Side, State, Within
 
 SIZES = st.floats(min_value=1e-4, max_value=1e3)
 
@@ -55,3 +56,24 @@ def test_one_unit_for_value_limits_and_what_is_missing() -> None:
     area = Comparison("area(f1)", 0.05, 0.001, "area", Within("at_least", (0.02,)))
     assert area.sentence(State.HOLDS, "m") == "area(f1) = 500 ± 10 cm², at least 200 cm²"
     assert area.sentence(State.HOLDS, None) == "area(f1) = 0.050 ± 0.001, at least 0.02"
+
+
+@given(
+    st.floats(0.02, 3.0),
+    st.floats(1e-5, 1e-2),
+    st.sampled_from([0.0, 1e-4, 0.03]),
+    st.sampled_from(["length", "ratio", "deg"]),
+    st.booleans(),
+)
+def test_what_misses_a_limit_is_written_so_that_it_does(
+    limit: float, by: float, sd: float, kind: str, below: bool
+) -> None:
+    side, sort = (Side.BELOW, "at_least") if below else (Side.ABOVE, "at_most")
+    value = limit - by if below else limit + by
+    found = Comparison("m", value, sd, kind, Within(sort, (limit,)), Shortfall(by, sd, side))
+    text = found.sentence(State.FAILS, "m")
+    numbers = re.fullmatch(r"m = ([\d.]+).*at \w+ ([\d.]+).*: ([\d.]+).*", text)
+    assert numbers is not None
+    shown, needed, missing = map(float, numbers.groups())
+    assert shown < needed if below else shown > needed
+    assert missing > 0

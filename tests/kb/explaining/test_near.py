@@ -38,6 +38,14 @@ model holder
   "A board, and a bar beside which something round is."
   board deck
   held: there is a bar arm where arm is bar and there is a block x where curved(x) at least 50 %
+
+model roofed
+  "Boards, and a thin level one."
+  board left where left is upright
+  board right where right is upright
+  board back where back is upright
+  board roof where roof is level, thickness(roof) at most 1 cm
+  large: length(left) at least 10 cm
 """
 SIZES = {"board": (1.0, 0.6, 0.1), "bar": (1.0, 0.1, 0.1), "block": (0.1, 0.1, 0.1)}
 
@@ -171,3 +179,18 @@ def test_only_who_asks_why_pays_for_it(base: KnowledgeBase) -> None:
     assert not any(c.near for c in base.judge("s", "cart", "t1").conditions)
     (miss, *_) = base.why_not("s", "cart")
     assert wheel(miss).near
+
+
+@pytest.mark.parametrize("level", ["p2", "p5", "p9"])
+def test_a_single_part_is_missed_nearest_by_what_lies_as_it_should(
+    base: KnowledgeBase, level: str
+) -> None:
+    names = {f"p{number}": "board" for number in range(2, 10)}
+    facts = [
+        *pieces(dict.fromkeys(names, 0.0), names),
+        ("explained", "t1", 1.0),
+        ("up", 0.0, 0.0, 1.0),
+    ]
+    facts += [("piece_tilt", p, 0.0 if p == level else 90.0, 0.1) for p in ("p1", *names)]
+    parts = {part.role: part.faces for part in why(base, facts, "roofed").parts}
+    assert parts["roof"] == (level,)

@@ -130,19 +130,20 @@ def test_what_is_set_back_is_so_by_the_least_of_its_four_margins(
     high = outer.middle + outer.half - (scaled[2], scaled[3], 0.0)
     inner = replace(outer, middle=(low + high) / 2.0 + rise * UP, half=(high - low) / 2.0)
     both = [turned(each, turn) for each in (inner, outer)]
-    found = {(one, other): inset for one, other, inset, _ in iter_known_insets(both, turn @ UP)}
-    assert found[0, 1] == pytest.approx(scaled.min(), abs=1e-6)
+    found = {pair[:2]: pair[2:4] for pair in iter_known_insets(both, turn @ UP)}
+    corner = max(scaled[[0, 2]].min(), scaled[[1, 3]].min())
+    assert found[0, 1] == pytest.approx((scaled.min(), corner), abs=1e-6)
     assert list(iter_known_insets(both, None)) == []
 
 
 def test_the_legs_of_a_table_are_set_back() -> None:
     scene = build("table", {"length": 1.2, "width": 0.8, "leg": 0.06})
     rows = fact_rows(scene, {"piece_inset", "carries"})
-    insets = {(p, q): (value, sd) for p, q, value, sd in rows["piece_inset"]}
+    insets = {(p, q): (value, corner, sd) for p, q, value, corner, sd in rows["piece_inset"]}
     assert len(rows["carries"]) == 4
     for leg, top in rows["carries"]:
-        value, sd = insets[leg, top]
-        assert value == pytest.approx(0.04, abs=3 * sd)
+        value, corner, sd = insets[leg, top]
+        assert (value, corner) == pytest.approx((0.04, 0.04), abs=3 * sd)
         assert insets[top, leg][0] < -0.5
 
 
