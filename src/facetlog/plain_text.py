@@ -26,7 +26,7 @@ def to_plain_marks(text: str) -> str:
     >>> to_plain_marks("58–97%")
     '58-97%'
     """
-    return text.translate(str.maketrans(PLAINER))
+    return "".join(PLAINER.get(letter, letter) for letter in text)
 
 
 def plain_text(text: str) -> str:
