@@ -21,8 +21,10 @@ SPACING_SHARE = 1.0 / 64.0
 # A place is on a piece if it is no farther outside its hull than this share of the diagonal: what
 # the fit of a face leaves, and the samples of what is curved.
 NEAR_SHARE = 1.0 / 512.0
-# Pieces are a body's if they have all of its surface but for this share: edges that were rounded.
+# Pieces have all of a body's surface but for this share: edges that were rounded.
 UNOWNED = 0.05
+# Cells show more of a body of which pieces have less than this share of the surface.
+LEAST_OWNED = 0.5
 
 
 def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
@@ -42,11 +44,11 @@ def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
     index = np.array([each.index for each in faces])
     owner = np.full(int(index.max()) + 1, -1)
     owner[index] = _choose_owners(shares)
-    return _make_solids(found, np.arange(len(found.pieces)), owner)
+    return _make_solids(found, np.arange(len(found.pieces)), owner, found.explained)
 
 
 def add_solids(scene: Scene, found: CutPieces) -> Scene:
-    """Return the scene with the pieces of its bodies; a body of which some surface is on no piece
+    """Return the scene with the pieces of its bodies; a body of which little surface is on pieces
     gets none.
     """
     if not found or not scene.bodies:
@@ -61,16 +63,22 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
     votes = _sum_areas(on, body, areas, len(scene.bodies))
     body_of = votes.argmax(axis=1)
     owner = _choose_owners(_sum_areas(on, face, areas, len(scene.faces)))
+    low, high = found.unexplained[:, :1] - NEAR_SHARE * size, found.unexplained[:, 1:]
+    beside = np.asarray(((low <= points) & (points <= high + NEAR_SHARE * size)).all(axis=2))
+    left_of = _sum_areas(beside, body, areas, len(scene.bodies)).argmax(axis=1)
     bodies = []
     for number, each in enumerate(scene.bodies):
         rows = np.flatnonzero((body_of == number) & votes.any(axis=1))
         own = body == number
         covered = float(areas[own & on[rows].any(axis=0)].sum())
-        if not len(rows) or covered < (1.0 - UNOWNED) * float(areas[own].sum()):
+        owned = covered / max(float(areas[own].sum()), 1e-300)
+        if not len(rows) or owned < LEAST_OWNED:
             bodies.append(each)
             continue
-        solids = _make_solids(found, rows, owner)
-        bodies.append(replace(each, solids=solids))
+        volume = sum(found.pieces[row].volume for row in rows.tolist())
+        explained = volume / (volume + float(found.left[left_of == number].sum()))
+        explained *= owned if owned < 1.0 - UNOWNED else 1.0
+        bodies.append(replace(each, solids=_make_solids(found, rows, owner, explained)))
     return replace(scene, bodies=tuple(bodies))
 
 
@@ -79,7 +87,8 @@ def _sum_areas(on: Bools, of: Indices, areas: FloatArray, count: int) -> FloatAr
     for none, and `on` (p, n) says which are on a piece.
     """
     counted = on & (of >= 0)
-    return np.array([sum_by_group(of[own], areas[own], count) for own in counted])
+    sums = [sum_by_group(of[own], areas[own], count) for own in counted]
+    return np.array(sums).reshape(len(on), count)
 
 
 def _choose_owners(shares: FloatArray) -> Indices:
@@ -87,13 +96,13 @@ def _choose_owners(shares: FloatArray) -> Indices:
     return np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
 
 
-def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
+def _make_solids(found: CutPieces, rows: Indices, owner: Indices, explained: float) -> Solids:
     """Return the pieces with these numbers; `owner` (f,) is the number of each face's piece."""
     pieces = tuple(
         SolidPiece(
             cut.hull,
-            _make_right_handed(cut.axes),
-            cut.section_round,
+            cut.axes,
+            cut.round,
             tuple(np.flatnonzero(owner == row).tolist()),
         )
         for row, cut in ((row, found.pieces[row]) for row in rows.tolist())
@@ -104,13 +113,7 @@ def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
         for one, other in found.contacts
         if one in place and other in place
     )
-    return Solids(pieces, joins, min(1.0, found.explained))
-
-
-def _make_right_handed(axes: FloatArray) -> FloatArray:
-    """Return the axes (3, 3), the last one turned if they are left-handed."""
-    right: FloatArray = axes * np.where(np.linalg.det(axes) < 0.0, [[1.0], [1.0], [-1.0]], 1.0)
-    return right
+    return Solids(pieces, joins, min(1.0, explained))
 
 
 def _sample_surface(

@@ -21,6 +21,8 @@ MOST_CORNERS = 200
 MOST_OPEN = 200
 # A corner of a border lies on another sheet within so many times what a corner is known to.
 NEAR = 8.0
+# A loop that turns inwards by as much (radians) at every corner is filled from its first corner.
+FAN_TURN = 1e-3
 
 
 def find_caps(
@@ -40,7 +42,7 @@ def find_caps(
         if not loops or any(len(loop) > MOST_CORNERS for loop in loops):
             continue
         others = points[triangles[sheet != number]]
-        made = [_cap_loop(points, loop, slack) for loop in loops]
+        made = [cap_loop(points, loop, slack) for loop in loops]
         if any(cap is None for cap in made) or not all(
             _lies_on(points[loop], others, NEAR * slack) for loop in loops
         ):
@@ -69,7 +71,7 @@ def _iter_loops(triangles: Indices, is_open: Bools) -> Iterator[list[int]]:
         yield loop
 
 
-def _cap_loop(points: FloatArray, loop: list[int], slack: float) -> Indices | None:
+def cap_loop(points: FloatArray, loop: list[int], slack: float) -> Indices | None:
     """Return triangles (k, 3) that fill a flat loop, wound as its sheet is; None if it is not
     flat.
     """
@@ -84,6 +86,14 @@ def _cap_loop(points: FloatArray, loop: list[int], slack: float) -> Indices | No
         return None
     axes = make_plane_axes(normal, corners[1] - corners[0])
     flat = (corners - corners[0]) @ axes.T
+    sides = np.roll(flat, -1, axis=0) - flat
+    after = np.roll(sides, -1, axis=0)
+    turns = np.arctan2(
+        sides[:, 0] * after[:, 1] - sides[:, 1] * after[:, 0], (sides * after).sum(axis=1)
+    )
+    if turns.min() > FAN_TURN and turns.sum() < 3.0 * np.pi:
+        fan = np.arange(1, len(loop) - 1)
+        return np.array(loop)[np.column_stack([fan + 1, fan, np.zeros_like(fan)])]
     polygon = shapely.Polygon(flat)
     if not polygon.is_valid:
         return None

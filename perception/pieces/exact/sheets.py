@@ -101,7 +101,7 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     paired[one] = paired[two] = True
     open_sheet = np.bincount(np.repeat(sheet, 3)[~paired], minlength=count) > 0
     open_sheet |= np.bincount(sheet[twisted], minlength=count) > 0
-    normals, areas = _measure(points, triangles)
+    normals, areas = measure_triangles(points, triangles)
     normals = _turn_slivers(points, as_given, normals, np.column_stack([one, two]), slack)
     area = sum_by_group(sheet, areas, count)
     if area[open_sheet].sum() > OPEN_SHARE * area.sum():
@@ -188,7 +188,7 @@ def _weld(points: FloatArray, triangles: Indices, slack: float) -> tuple[FloatAr
     return points[first[kept]], label[same.ravel()][place.reshape(triangles.shape)]
 
 
-def _measure(points: FloatArray, triangles: Indices) -> tuple[FloatArray, FloatArray]:
+def measure_triangles(points: FloatArray, triangles: Indices) -> tuple[FloatArray, FloatArray]:
     """Return unit normals (m, 3) and areas (m,) of triangles."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normals = cross(b - a, c - a)
@@ -250,7 +250,7 @@ def _drop_doubles(points: FloatArray, triangles: Indices) -> Indices:
     kept = np.sort(np.unique(turned, axis=0, return_index=True)[1])
     unwound = np.sort(triangles[kept], axis=1)
     _, first, uses = np.unique(unwound, axis=0, return_index=True, return_counts=True)
-    area = _measure(points, triangles[kept])[1]
+    area = measure_triangles(points, triangles[kept])[1]
     both = float(area[first[uses == 2]].sum()) * 2.0
     return kept[np.sort(first)] if both > 0.5 * area.sum() else kept
 
