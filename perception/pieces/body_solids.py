@@ -23,6 +23,9 @@ SPACING_SHARE = 1.0 / 64.0
 NEAR_SHARE = 1.0 / 512.0
 # Pieces have all of a body's surface but for this share: edges that were rounded.
 UNOWNED = 0.05
+# A body shows more than this share of the surface of each of its pieces: not just a leg's end on a
+# floor.
+SHOWN = 0.02
 # Cells show more of a body of which pieces have less than this share of the surface.
 LEAST_OWNED = 0.5
 
@@ -56,10 +59,12 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
     size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
     points, face, body, areas = _sample_surface(scene, SPACING_SHARE * size)
     on = np.zeros((len(found.pieces), len(points)), dtype=np.bool_)
+    surface = np.full(len(found.pieces), np.inf)
     for number, piece in enumerate(found.pieces):
         hull = find_hull(piece.hull)
         if hull is not None:
             on[number] = hull.contains(points, NEAR_SHARE * size)
+            surface[number] = hull.area
     votes = _sum_areas(on, body, areas, len(scene.bodies))
     body_of = votes.argmax(axis=1)
     owner = _choose_owners(_sum_areas(on, face, areas, len(scene.faces)))
@@ -68,7 +73,7 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
     left_of = _sum_areas(beside, body, areas, len(scene.bodies)).argmax(axis=1)
     bodies = []
     for number, each in enumerate(scene.bodies):
-        rows = np.flatnonzero((body_of == number) & votes.any(axis=1))
+        rows = np.flatnonzero((body_of == number) & (votes.max(axis=1) > SHOWN * surface))
         own = body == number
         covered = float(areas[own & on[rows].any(axis=0)].sum())
         owned = covered / max(float(areas[own].sum()), 1e-300)

@@ -1,8 +1,8 @@
-"""Caps of open sheets: ends that a mesh leaves away where one body stands against another.
+"""Caps of open sheets: ends that a mesh leaves away because nobody sees them.
 
 A leg whose end lies on a table top is often modelled without that end. Its border is a flat loop
-that runs all along another sheet, and nothing is to be seen in there: a cap closes it. A border
-that lies on nothing else is where a box is open, and stays open.
+that runs all along another sheet: a cap closes it. So are ends of bars, undersides of boards, and
+what stands on the ground. Any other border is where a box or a bucket is open, and stays open.
 """
 
 from collections.abc import Iterator
@@ -21,18 +21,28 @@ MOST_CORNERS = 200
 MOST_OPEN = 200
 # A corner of a border lies on another sheet within so many times what a corner is known to.
 NEAR = 8.0
+# The end of a bar takes less of its surface: .087 where its width is .35 of its length.
+END = 0.1
+# A board is less deep than this share of the square root of its underside, a tray is deeper.
+SHALLOW = 0.1
 # A loop that turns inwards by as much (radians) at every corner is filled from its first corner.
 FAN_TURN = 1e-3
 
 
 def find_caps(
-    points: FloatArray, triangles: Indices, sheet: Indices, is_open: Bools, slack: float
+    points: FloatArray,
+    triangles: Indices,
+    sheet: Indices,
+    is_open: Bools,
+    slack: float,
+    up: FloatArray | None,
 ) -> tuple[Indices, Indices]:
     """Return triangles (k, 3) that close sheets, and triangles (k,) of the sheets that they are of.
 
     Of triangles (m, 3) of points (n, 3), `sheet` (m,) is the sheet and `is_open` (m, 3) says which
     sides, from each corner to the next, have no neighbour.
     """
+    ground = None if up is None else (up, float((points @ up)[triangles].min()) + NEAR * slack)
     caps: list[Indices] = []
     of: list[int] = []
     sheets = np.unique(sheet[is_open.any(axis=1)])
@@ -44,7 +54,9 @@ def find_caps(
         others = points[triangles[sheet != number]]
         made = [cap_loop(points, loop, slack) for loop in loops]
         if any(cap is None for cap in made) or not all(
-            _lies_on(points[loop], others, NEAR * slack) for loop in loops
+            _is_unseen(points[loop], points[triangles[rows]], ground)
+            or _lies_on(points[loop], others, NEAR * slack)
+            for loop in loops
         ):
             continue
         for cap in made:
@@ -54,6 +66,22 @@ def find_caps(
     if not caps:
         return np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
     return np.concatenate(caps).astype(np.int64), np.array(of, dtype=np.int64)
+
+
+def _is_unseen(
+    loop: FloatArray, corners: FloatArray, ground: tuple[FloatArray, float] | None
+) -> bool:
+    """Return whether a loop (k, 3) of a sheet of triangles (m, 3, 3) bounds the end of a bar, the
+    underside of a board, or what stands on the ground: below a height along an axis.
+    """
+    if ground is not None and (loop @ ground[0]).max() <= ground[1]:
+        return True
+    across = compute_vector_area(loop)
+    area = float(np.linalg.norm(across))
+    sides = corners[:, 1:] - corners[:, :1]
+    surface = float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()) / 2.0
+    depth = float(np.abs((corners - loop[0]) @ across).max()) / area
+    return area < END * surface or depth < SHALLOW * np.sqrt(area)
 
 
 def _iter_loops(triangles: Indices, is_open: Bools) -> Iterator[list[int]]:

@@ -44,11 +44,12 @@ DIRECTIONS = 8
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hull:
-    """Corners (n, 3) of a convex hull, its planes (f, 4), outwards, and its volume."""
+    """Corners (n, 3) of a convex hull, its planes (f, 4), outwards, its volume and its surface."""
 
     points: FloatArray
     planes: FloatArray
     volume: float
+    area: float
 
     def contains(self, points: FloatArray, slack: float) -> Bools:
         """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
@@ -92,7 +93,7 @@ def find_hull(points: FloatArray) -> Hull | None:
         return None
     planes = np.unique(np.round(hull.equations, 12), axis=0)
     planes[:, 3] -= planes[:, :3] @ middle
-    return Hull(points[hull.vertices], planes, float(hull.volume))
+    return Hull(points[hull.vertices], planes, float(hull.volume), float(hull.area))
 
 
 def find_convex_groups(

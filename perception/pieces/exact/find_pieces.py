@@ -10,7 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.pieces.exact.box_cover import find_boxes
+from facetlog.perception.pieces.exact.cap_sheets import SHALLOW
 from facetlog.perception.pieces.exact.convex_parts import (
     CONVEX,
     ConvexPart,
@@ -21,6 +23,7 @@ from facetlog.perception.pieces.exact.convex_parts import (
     is_turned,
     join_through,
     make_convex_piece,
+    measure_section_roundness,
 )
 from facetlog.perception.pieces.exact.cut_pieces import CutPiece, CutPieces
 from facetlog.perception.pieces.exact.hollows import fill_hollows
@@ -33,6 +36,7 @@ from facetlog.perception.pieces.exact.regions import (
     find_regions,
 )
 from facetlog.perception.pieces.exact.sheets import Sheets, close_sheets, is_inside
+from facetlog.perception.pieces.pieces import find_least_box
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray
 
@@ -43,6 +47,10 @@ MOST_FRAMES = 4
 SHOWN = 0.05
 # A gap of this share of the thinner piece's thickness is none.
 TOUCH = 0.01
+# Sides of a board lie along each other to this cosine, half a degree, and are alike in extent but
+# for this share.
+EVEN = np.cos(np.radians(0.5))
+SAME_SIDE = 0.05
 _CORNERS = np.array(list(np.ndindex(2, 2, 2)))
 
 
@@ -58,13 +66,16 @@ class _Found:
     left_volumes: list[float] = field(default_factory=list)
 
 
-def find_solid_pieces(points: FloatArray, triangles: Indices, *, step: float = 0.0) -> CutPieces:
-    """Return the solid pieces of a mesh of points (n, 3), rounded to multiples of `step`.
+def find_solid_pieces(
+    points: FloatArray, triangles: Indices, *, step: float = 0.0, up: FloatArray | None = None
+) -> CutPieces:
+    """Return the solid pieces of a mesh of points (n, 3), rounded to multiples of `step`, which
+    stands on the ground, if it is known where `up` (3,) is.
 
     False, with the reason, where the mesh is open or encloses nothing.
     """
     given = close_sheets(
-        np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64), step
+        np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64), step, up
     )
     if isinstance(given, str):
         return CutPieces(reason=given)
@@ -78,7 +89,51 @@ def find_solid_pieces(points: FloatArray, triangles: Indices, *, step: float = 0
     for rows in iter_groups(sheets.body):
         body = int(sheets.body[rows[0]])
         _BodyCut(sheets, regions, rows, pairs[body]).add_to(found)
+    _add_layers(sheets, found)
     return _assemble(sheets, given, found)
+
+
+def _add_layers(sheets: Sheets, found: _Found) -> None:
+    """Add boards of layers: two that are the sides of a board without edges are one; others are as
+    thick as places are known, so that they have a hull.
+    """
+    layers = []
+    for corners, source in sheets.layers:
+        centred = corners - corners.mean(axis=0)
+        normal = np.linalg.svd(centred, full_matrices=False)[2][2]
+        layers.append((corners - (centred @ normal)[:, None] * normal, normal, source))
+    number = np.arange(len(layers))
+    normals = np.array([normal for _, normal, _ in layers]).reshape(-1, 3)
+    for one, two in np.argwhere(np.triu(np.abs(normals @ normals.T) > EVEN, 1)).tolist():
+        one_side, two_side = layers[one][0], layers[two][0]
+        if (number[[one, two]] == (one, two)).all() and _is_board(one_side, two_side, normals[one]):
+            number[two] = one
+    for own in iter_groups(number):
+        normal = normals[own[0]]
+        points = np.concatenate([layers[i][0] for i in own])
+        if len(own) == 1:
+            half = PLANE_SLACK * sheets.slack * normal
+            points = np.concatenate([points - half, points + half])
+        hull = find_hull(points)
+        if hull is None:
+            continue
+        extents, axes, middle = find_least_box(hull.points, [normal], 0.0)
+        source = np.concatenate([layers[i][2] for i in own])
+        round_ = measure_section_roundness(hull.points, normal)
+        place = (hull.points + sheets.centre, axes, middle + sheets.centre, extents)
+        found.pieces.append(CutPiece(*place, round_, hull.volume, source))
+        found.hulls.append(hull)
+        found.body.append(-1 - len(found.body))
+
+
+def _is_board(one: FloatArray, two: FloatArray, normal: FloatArray) -> bool:
+    """Return whether two level layers of points (n, 3), (m, 3) are sides of a board."""
+    across = make_plane_axes(normal, np.eye(3)[np.abs(normal).argmin()])
+    sizes = [np.ptp(side @ across.T, axis=0) for side in (one, two)]
+    both = np.ptp(np.concatenate([one, two]) @ across.T, axis=0)
+    apart = abs(float((one[0] - two[0]) @ normal))
+    same = (both * (1.0 - SAME_SIDE) <= np.minimum(*sizes)).all()
+    return bool(same and apart < SHALLOW * float(np.sqrt(both.prod())))
 
 
 @dataclass(eq=False, slots=True)
@@ -321,7 +376,7 @@ def _assemble(sheets: Sheets, given: Sheets, found: _Found) -> CutPieces:
     total = float(sheets.volumes.sum())
     # what is open encloses nothing: it counts by its share of the surface
     closed = 1.0 - sheets.open_share
-    explained = closed * min(1.0, found.explained / total) if total > 0.0 else 0.0
+    explained = closed * (min(1.0, found.explained / total) if total > 0.0 else 1.0)
     contacts = _find_contacts(sheets, given, found, order)
     reason = "" if pieces else "the solid is neither convex nor made of flat or round parts"
     volumes = np.append(found.left_volumes, np.zeros(len(sheets.open_boxes)))
@@ -339,7 +394,7 @@ def _drop_inner(sheets: Sheets, given: Sheets, found: _Found) -> list[int]:
     """
     kept: list[int] = []
     volumes = [piece.volume for piece in found.pieces]
-    slack = PLANE_SLACK * sheets.slack
+    slack = 2.0 * PLANE_SLACK * sheets.slack  # as much as layers are thick
     for number in sorted(range(len(volumes)), key=lambda i: -volumes[i]):
         points = found.hulls[number].points
         low, high = points.min(axis=0), points.max(axis=0)
@@ -353,7 +408,8 @@ def _drop_inner(sheets: Sheets, given: Sheets, found: _Found) -> list[int]:
             ).all():
                 body = given.corners[given.body == found.body[other]]
                 inner = bool(found.hulls[other].coarsen().contains(points, slack).all())
-                inner = inner and is_inside(points.mean(axis=0), body)
+                # a layer on the surface of a piece is part of it
+                inner = inner and (found.body[number] < 0 or is_inside(points.mean(axis=0), body))
                 if inner:
                     break
         if not inner:
@@ -374,9 +430,9 @@ def _find_contacts(
     near = TOUCH * np.array([float(found.pieces[i].extents.min()) for i in order])
     near = np.minimum(near[:, None], near) + PLANE_SLACK * sheets.slack
     close = (low[:, None] <= high + near[..., None]) & (low <= high[:, None] + near[..., None])
-    bored = given.volumes < (1.0 - 1e-9) * sheets.volumes
+    bored = set(np.flatnonzero(given.volumes < (1.0 - 1e-9) * sheets.volumes).tolist())
     hollow = [
-        bored[found.body[i]] or found.pieces[i].volume < CONVEX * found.hulls[i].volume
+        found.body[i] in bored or found.pieces[i].volume < CONVEX * found.hulls[i].volume
         for i in order
     ]
     for one, two in np.argwhere(np.triu(close.all(axis=2), 1)).tolist():

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.pieces.exact.cap_sheets import find_caps
-from facetlog.perception.ragged import Bools, Indices, joined, sum_by_group
+from facetlog.perception.ragged import Bools, Indices, iter_groups, joined, sum_by_group
 from facetlog.perception.types import FloatArray
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
@@ -25,8 +25,12 @@ SLIVER = 2.0
 ROUNDS = 6
 # Open edges times their ends that are compared, some tenth of a second.
 MOST_COMPARED = 10_000_000
-# A mesh of which more than this share of the surface is open is no solid.
-OPEN_SHARE = 0.1
+# A layer without thickness is a board from this share of the surface on.
+LAYER_SHARE = 0.002
+# Its triangles turn less, as facets of what is flat do where exporters round the corners.
+LAYER_DEG = 0.5
+# They lie in one plane but for this share of their extent.
+LAYER_FLAT = 1e-3
 # A sheet with less volume than this share of its area times size encloses nothing.
 LEAST_VOLUME = 1e-6
 
@@ -37,8 +41,9 @@ class Sheets:
 
     `source` (m,) are the triangles of the mesh that they are of; `body` (m,) numbers the closed
     bodies, each with its cavities. `pairs` (k, 2) are triangles that share an edge and `edges`
-    (k, 2) its ends. Points within `slack` are one. `volumes` are the bodies'. Of the surface
-    `open_share` is open, in boxes (n, 2, 3) in the mesh's own coordinates.
+    (k, 2) its ends. Points within `slack` are one. `volumes` are the bodies'. `layers` are flat
+    parts of what encloses nothing: their corners (c, 3), and triangles (t,) of the mesh. Of the
+    surface `open_share` is open and in no layer, in boxes (n, 2, 3) in the mesh's own coordinates.
     """
 
     points: FloatArray
@@ -53,6 +58,7 @@ class Sheets:
     size: float
     slack: float
     volumes: FloatArray
+    layers: list[tuple[FloatArray, Indices]]
     open_share: float
     open_boxes: FloatArray
 
@@ -62,9 +68,12 @@ class Sheets:
         return self.points[self.triangles]
 
 
-def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> Sheets | str:
-    """Return the closed sheets of a mesh of points (n, 3), rounded to multiples of `step`, or the
-    reason why it has none.
+def close_sheets(
+    points: FloatArray, triangles: Indices, step: float = 0.0, up: FloatArray | None = None
+) -> Sheets | str:
+    """Return the closed sheets of a mesh of points (n, 3), rounded to multiples of `step`, and its
+    flat layers, or the reason why it has neither. What stands open on the ground is closed there,
+    if it is known where `up` (3,) is.
     """
     if not len(triangles):
         return "the mesh has no triangles"
@@ -88,7 +97,9 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     one, two = _pair_half_edges(points, triangles, part[source])
     links, (starts, ends) = np.column_stack([one // 3, two // 3]), _list_half_edges(triangles)
     sheet, flip, twisted = _wind(len(triangles), links, starts[one] == starts[two])
-    caps, capped = _cap_sheets(points, triangles, sheet, np.concatenate([one, two]), flip, slack)
+    caps, capped = _cap_sheets(
+        points, triangles, sheet, np.concatenate([one, two]), flip, slack, up
+    )
     if len(caps):
         triangles, source = np.concatenate([triangles, caps]), np.append(source, source[capped])
         one, two = _pair_half_edges(points, triangles, part[source])
@@ -104,13 +115,13 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     normals, areas = measure_triangles(points, triangles)
     normals = _turn_slivers(points, as_given, normals, np.column_stack([one, two]), slack)
     area = sum_by_group(sheet, areas, count)
-    if area[open_sheet].sum() > OPEN_SHARE * area.sum():
-        share = float(area[open_sheet].sum() / area.sum())
-        return f"{share:.0%} of the surface is open: it bounds no solid"
     volumes = sum_by_group(sheet, _signed_volumes(points[triangles]), count)
     kept_sheet = ~open_sheet & (np.abs(volumes) > LEAST_VOLUME * size * area)
-    if not kept_sheet.any():
-        return "the mesh encloses no volume"
+    flat, bare = _find_layers(points[triangles], normals, areas, links, ~kept_sheet[sheet])
+    layers = [(points[np.unique(triangles[rows])], np.unique(source[rows])) for rows in flat]
+    open_share = float(areas[bare].sum() / areas.sum())
+    if not kept_sheet.any() and not layers:
+        return f"{open_share:.0%} of the surface is open: it bounds no solid"
     body, turned = _find_bodies(points, triangles, sheet, volumes, kept_sheet)
     flip = turned[sheet]
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
@@ -132,9 +143,10 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
         centre,
         size,
         slack,
-        sum_by_group(body[kept_sheet], made[kept_sheet], int(bodies.max()) + 1),
-        float(area[open_sheet].sum() / area.sum()),
-        _find_boxes(points[triangles] + centre, sheet, np.flatnonzero(open_sheet)),
+        sum_by_group(body[kept_sheet], made[kept_sheet], int(bodies.max(initial=-1)) + 1),
+        layers,
+        open_share,
+        _find_boxes(points[triangles] + centre, sheet, np.unique(sheet[bare])),
     )
 
 
@@ -150,6 +162,7 @@ def _cap_sheets(
     paired: Indices,
     flip: Bools,
     slack: float,
+    up: FloatArray | None,
 ) -> tuple[Indices, Indices]:
     """Return the caps of open sheets, and a triangle of the sheet of each; half edges `paired`
     have a neighbour, triangles to `flip` are wound against the others of their sheet.
@@ -162,15 +175,39 @@ def _cap_sheets(
     sides = is_open.reshape(-1, 3)
     turned = np.where(flip[:, None], triangles[:, ::-1], triangles)
     sides = np.where(flip[:, None], sides[:, [1, 0, 2]], sides)
-    return find_caps(points, turned, sheet, sides, slack)
+    return find_caps(points, turned, sheet, sides, slack, up)
+
+
+def _find_layers(
+    corners: FloatArray, normals: FloatArray, areas: FloatArray, links: Indices, loose: Bools
+) -> tuple[list[Indices], Bools]:
+    """Return the triangles of flat parts among those that are `loose` (m,), each once, though it
+    may be there with both windings; and which triangles are loose and in none.
+    """
+    bare = loose & (areas > 0.0)
+    if not loose.any():
+        return [], bare
+    one, two = links.T
+    alike = (normals[one] * normals[two]).sum(axis=1) > np.cos(np.radians(LAYER_DEG))
+    label = joined(len(corners), links[alike & loose[one]])[1]
+    loose = loose & (np.bincount(label, areas)[label] > LAYER_SHARE * areas.sum())
+    found: dict[tuple[float, ...], Indices] = {}
+    for rows in iter_groups(np.where(loose, label, -1)):
+        if loose[rows[0]]:
+            ends = [corners[rows].min(axis=(0, 1)), corners[rows].max(axis=(0, 1))]
+            size = float(np.linalg.norm(ends[1] - ends[0]))
+            away = (corners[rows] - corners[rows[0], 0]) @ normals[rows[areas[rows].argmax()]]
+            if np.abs(away).max() < LAYER_FLAT * size:
+                place = np.round(np.concatenate(ends) / (LAYER_FLAT * size)).tolist()
+                found[tuple(place)] = rows
+                bare[rows] = False
+    return list(found.values()), bare
 
 
 def _find_boxes(corners: FloatArray, sheet: Indices, chosen: Indices) -> FloatArray:
     """Return the boxes (n, 2, 3) round chosen sheets of triangles (m, 3, 3)."""
-    low, high = (
-        np.full((int(sheet.max()) + 1, 3), np.inf),
-        np.full((int(sheet.max()) + 1, 3), -np.inf),
-    )
+    low = np.full((int(sheet.max()) + 1, 3), np.inf)
+    high = -low
     np.minimum.at(low, sheet, corners.min(axis=1))
     np.maximum.at(high, sheet, corners.max(axis=1))
     return np.stack([low, high], axis=1)[chosen]

@@ -174,7 +174,7 @@ def test_a_cavity_is_no_piece() -> None:
 
 @pytest.mark.parametrize(
     "faces",
-    [[], [[0, 1, 2]], [[0, 0, 0]], [[0, 1, 2], [2, 1, 0]], block([0] * 3, [1] * 3).faces[2:]],
+    [[], [[0, 0, 0]], [[0, 1, 1], [2, 1, 2]]],
 )
 def test_what_encloses_nothing_has_no_pieces_and_says_why(faces: list[list[int]]) -> None:
     found = find_solid_pieces(block([0] * 3, [1] * 3).vertices, np.array(faces).reshape(-1, 3))
