@@ -26,8 +26,8 @@ UNOWNED = 0.05
 # A body shows more than this share of the surface of each of its pieces: not just a leg's end on a
 # floor.
 SHOWN = 0.02
-# Cells show more of a body of which pieces have less than this share of the surface.
-LEAST_OWNED = 0.5
+# Cells show more of a body of which more than this share of the surface is open.
+OPEN_SHARE = 0.1
 
 
 def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
@@ -47,12 +47,14 @@ def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
     index = np.array([each.index for each in faces])
     owner = np.full(int(index.max()) + 1, -1)
     owner[index] = _choose_owners(shares)
-    return _make_solids(found, np.arange(len(found.pieces)), owner, found.explained)
+    return _make_solids(
+        found, np.arange(len(found.pieces)), owner, found.explained, found.unexplained
+    )
 
 
 def add_solids(scene: Scene, found: CutPieces) -> Scene:
-    """Return the scene with the pieces of its bodies; a body of which little surface is on pieces
-    gets none.
+    """Return the scene with the pieces of its bodies; a body of which some surface is open gets
+    none, but how much of it they would explain.
     """
     if not found or not scene.bodies:
         return scene
@@ -70,6 +72,7 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
     owner = _choose_owners(_sum_areas(on, face, areas, len(scene.faces)))
     low, high = found.unexplained[:, :1] - NEAR_SHARE * size, found.unexplained[:, 1:]
     beside = np.asarray(((low <= points) & (points <= high + NEAR_SHARE * size)).all(axis=2))
+    is_open = beside[found.left <= 0.0].any(axis=0)
     left_of = _sum_areas(beside, body, areas, len(scene.bodies)).argmax(axis=1)
     bodies = []
     for number, each in enumerate(scene.bodies):
@@ -77,13 +80,15 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
         own = body == number
         covered = float(areas[own & on[rows].any(axis=0)].sum())
         owned = covered / max(float(areas[own].sum()), 1e-300)
-        if not len(rows) or owned < LEAST_OWNED:
-            bodies.append(each)
-            continue
         volume = sum(found.pieces[row].volume for row in rows.tolist())
-        explained = volume / (volume + float(found.left[left_of == number].sum()))
+        bare = float(areas[own & ~on[rows].any(axis=0) & is_open].sum())
+        if bare > OPEN_SHARE * float(areas[own].sum()):
+            rows = rows[:0]
+        lost = float(found.left[left_of == number].sum())
+        explained = volume / max(volume + lost, 1e-300)
         explained *= owned if owned < 1.0 - UNOWNED else 1.0
-        bodies.append(replace(each, solids=_make_solids(found, rows, owner, explained)))
+        gaps = found.unexplained[left_of == number]
+        bodies.append(replace(each, solids=_make_solids(found, rows, owner, explained, gaps)))
     return replace(scene, bodies=tuple(bodies))
 
 
@@ -101,7 +106,9 @@ def _choose_owners(shares: FloatArray) -> Indices:
     return np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
 
 
-def _make_solids(found: CutPieces, rows: Indices, owner: Indices, explained: float) -> Solids:
+def _make_solids(
+    found: CutPieces, rows: Indices, owner: Indices, explained: float, gaps: FloatArray
+) -> Solids:
     """Return the pieces with these numbers; `owner` (f,) is the number of each face's piece."""
     pieces = tuple(
         SolidPiece(
@@ -118,7 +125,8 @@ def _make_solids(found: CutPieces, rows: Indices, owner: Indices, explained: flo
         for one, other in found.contacts
         if one in place and other in place
     )
-    return Solids(pieces, joins, min(1.0, explained))
+    boxes = tuple((*low, *high) for low, high in gaps.tolist())
+    return Solids(pieces, joins, min(1.0, explained), boxes)
 
 
 def _sample_surface(

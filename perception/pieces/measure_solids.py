@@ -22,7 +22,7 @@ def measure_solids(solids: Solids, up: FloatArray, sd: float, reach: float) -> P
     low = np.array([piece.low for piece in pieces])
     off_ground = low >= low.min(initial=np.inf) + reach
     bears = joins & (low[:, None] <= low[None] + reach) & off_ground
-    return Pieces(pieces, joins, bears, solids.explained)
+    return Pieces(pieces, joins, bears, solids.explained, solids.gaps)
 
 
 def _measure(solid: SolidPiece, up: FloatArray, sd: float) -> Piece:
