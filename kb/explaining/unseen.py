@@ -117,9 +117,9 @@ def _iter_gaps(sight: Sight, thing: str, length_unit: str | None) -> Iterator[Un
         place = describe_axis(off / max(float(np.linalg.norm(off)), 1e-300)) or "nowhere else"
         place = f"towards {place}"
         if up is not None:
-            ends = np.where(np.stack([up <= 0.0, up > 0.0]), corners[::-1], corners)
+            ends = np.where(up < 0.0, corners[::-1], corners)
             heights = ends @ up - (points @ up).min()
-            span = "–".join(f"{height:.2g}" for height in sorted(heights.tolist()))
+            span = "–".join(f"{height:.2g}" for height in heights.tolist())
             place += f", {format_with_unit(span, length_unit or 'units')} up"
         places.append(place)
     where = f": {'; '.join(places)}" if places else ""

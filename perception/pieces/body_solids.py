@@ -39,17 +39,16 @@ def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
     found = find_solid_pieces(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     if not found:
         return None
-    face = np.repeat(np.arange(len(faces)), [len(triangles) for triangles in filled])
-    areas = np.linalg.norm(np.cross(*np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)), axis=1)
-    shares = np.array(
-        [sum_by_group(face[p.triangles], areas[p.triangles], len(faces)) for p in found.pieces]
-    )
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    places, face = inner_points(faces, SPACING_SHARE * size)
     index = np.array([each.index for each in faces])
+    shares = np.bincount(face, minlength=len(faces))[face]
+    areas = np.array([each.area for each in faces])[face] / shares
+    on, _ = _find_on_pieces(found, places, NEAR_SHARE * size)
     owner = np.full(int(index.max()) + 1, -1)
-    owner[index] = _choose_owners(shares)
-    return _make_solids(
-        found, np.arange(len(found.pieces)), owner, found.explained, found.unexplained
-    )
+    owner[index] = _choose_owners(_sum_areas(on, face, areas, len(faces)))
+    rows = np.arange(len(found.pieces))
+    return _make_solids(found, rows, owner, found.explained, found.unexplained)
 
 
 def add_solids(scene: Scene, found: CutPieces) -> Scene:
@@ -60,13 +59,7 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
         return scene
     size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
     points, face, body, areas = _sample_surface(scene, SPACING_SHARE * size)
-    on = np.zeros((len(found.pieces), len(points)), dtype=np.bool_)
-    surface = np.full(len(found.pieces), np.inf)
-    for number, piece in enumerate(found.pieces):
-        hull = find_hull(piece.hull)
-        if hull is not None:
-            on[number] = hull.contains(points, NEAR_SHARE * size)
-            surface[number] = hull.area
+    on, surface = _find_on_pieces(found, points, NEAR_SHARE * size)
     votes = _sum_areas(on, body, areas, len(scene.bodies))
     body_of = votes.argmax(axis=1)
     owner = _choose_owners(_sum_areas(on, face, areas, len(scene.faces)))
@@ -90,6 +83,18 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
         gaps = found.unexplained[left_of == number]
         bodies.append(replace(each, solids=_make_solids(found, rows, owner, explained, gaps)))
     return replace(scene, bodies=tuple(bodies))
+
+
+def _find_on_pieces(found: CutPieces, points: FloatArray, near: float) -> tuple[Bools, FloatArray]:
+    """Return which points (n, 3) are on or in which pieces (p, n), and the pieces' surface (p,)."""
+    on = np.zeros((len(found.pieces), len(points)), dtype=np.bool_)
+    surface = np.full(len(found.pieces), np.inf)
+    for number, piece in enumerate(found.pieces):
+        hull = find_hull(piece.hull)
+        if hull is not None:
+            on[number] = hull.contains(points, near)
+            surface[number] = hull.area
+    return on, surface
 
 
 def _sum_areas(on: Bools, of: Indices, areas: FloatArray, count: int) -> FloatArray:

@@ -252,7 +252,6 @@ def join_through(
                 middle=middle + sheets.centre,
                 extents=extents,
                 volume=sum(pieces[i].volume for i in own),
-                triangles=np.unique(np.concatenate([pieces[i].triangles for i in own])),
             )
         )
         wholes.append(hull)
@@ -299,7 +298,6 @@ def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> Cut
             extents,
             0.0,
             volume,
-            np.unique(sheets.source[rows]),
         )
     areas = np.bincount(label, sheets.areas[rows], minlength=len(regions.normals))
     flat = np.flatnonzero((areas > 0.0) & ~regions.curved)
@@ -321,7 +319,6 @@ def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> Cut
         extents,
         max(measure_section_roundness(hull.points, each) for each in ways),
         volume,
-        np.unique(sheets.source[rows]),
     )
 
 

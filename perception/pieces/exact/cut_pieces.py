@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 
@@ -20,8 +19,7 @@ class CutPiece:
 
     `hull` (n, 3) are the vertices of its convex hull in the mesh's coordinates; `axes` (3, 3) unit
     rows, right-handed, along its `extents` (3,), the longest first, about its `middle` (3,).
-    `round` is how round its section across its axis is, 1 for a circle, 0 for a box. `triangles`
-    (t,) are those of the mesh on its surface.
+    `round` is how round its section across its axis is, 1 for a circle, 0 for a box.
     """
 
     hull: FloatArray
@@ -30,14 +28,12 @@ class CutPiece:
     extents: FloatArray
     round: float
     volume: float
-    triangles: Indices
 
     def __post_init__(self) -> None:
         right_handed = np.where(np.linalg.det(self.axes) < 0.0, [[1.0], [1.0], [-1.0]], 1.0)
         object.__setattr__(self, "axes", self.axes * right_handed)
         for name in ("hull", "axes", "middle", "extents"):
             object.__setattr__(self, name, _freeze(np.asarray(getattr(self, name), np.float64)))
-        object.__setattr__(self, "triangles", _freeze(np.asarray(self.triangles, np.intp)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -98,12 +98,12 @@ def _add_layers(sheets: Sheets, found: _Found) -> None:
     thick as places are known, so that they have a hull.
     """
     layers = []
-    for corners, source in sheets.layers:
+    for corners in sheets.layers:
         centred = corners - corners.mean(axis=0)
         normal = np.linalg.svd(centred, full_matrices=False)[2][2]
-        layers.append((corners - (centred @ normal)[:, None] * normal, normal, source))
+        layers.append((corners - (centred @ normal)[:, None] * normal, normal))
     number = np.arange(len(layers))
-    normals = np.array([normal for _, normal, _ in layers]).reshape(-1, 3)
+    normals = np.array([normal for _, normal in layers]).reshape(-1, 3)
     for one, two in np.argwhere(np.triu(np.abs(normals @ normals.T) > EVEN, 1)).tolist():
         one_side, two_side = layers[one][0], layers[two][0]
         if (number[[one, two]] == (one, two)).all() and _is_board(one_side, two_side, normals[one]):
@@ -118,10 +118,9 @@ def _add_layers(sheets: Sheets, found: _Found) -> None:
         if hull is None:
             continue
         extents, axes, middle = find_least_box(hull.points, [normal], 0.0)
-        source = np.concatenate([layers[i][2] for i in own])
         round_ = measure_section_roundness(hull.points, normal)
         place = (hull.points + sheets.centre, axes, middle + sheets.centre, extents)
-        found.pieces.append(CutPiece(*place, round_, hull.volume, source))
+        found.pieces.append(CutPiece(*place, round_, hull.volume))
         found.hulls.append(hull)
         found.body.append(-1 - len(found.body))
 
@@ -262,7 +261,7 @@ class _BodyCut:
                 cells = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
                 filled += float(volumes[cells][~owned[cells] & free[cells]].sum())
                 owned[cells] = True
-            piece, hull = _make_box_piece(sheets, rows[level], lattice, boxes, filled)
+            piece, hull = _make_box_piece(sheets, lattice, boxes, filled)
             if piece.extents.min() <= slack:
                 continue
             self.explained += filled
@@ -326,7 +325,7 @@ def _shows(box: Indices, lattice: Lattice) -> bool:
 
 
 def _make_box_piece(
-    sheets: Sheets, rows: Indices, lattice: Lattice, boxes: Indices, volume: float
+    sheets: Sheets, lattice: Lattice, boxes: Indices, volume: float
 ) -> tuple[CutPiece, Hull]:
     bounds = lattice.bounds(boxes)
     frame = lattice.frame
@@ -343,26 +342,8 @@ def _make_box_piece(
         (high - low)[order],
         0.0,
         volume,
-        np.unique(sheets.source[rows[_find_on_boxes(sheets, rows, bounds, frame)]]),
     )
     return piece, hull
-
-
-def _find_on_boxes(sheets: Sheets, rows: Indices, bounds: FloatArray, frame: FloatArray) -> Bools:
-    """Return which triangles (m,) along the frame lie on sides of boxes (n, 2, 3)."""
-    slack = PLANE_SLACK * sheets.slack
-    corners = sheets.corners[rows] @ frame.T
-    lowest, highest = corners.min(axis=1), corners.max(axis=1)
-    axis = np.ptp(corners, axis=1).argmin(axis=1)
-    each = np.arange(len(rows))
-    at = corners.mean(axis=1)[each, axis]
-    on = np.zeros(len(rows), dtype=np.bool_)
-    for low, high in bounds:
-        beside = np.minimum(np.abs(at - low[axis]), np.abs(at - high[axis])) <= slack
-        overlap = np.minimum(highest, high) - np.maximum(lowest, low) > slack
-        overlap[each, axis] = True
-        on |= beside & overlap.all(axis=1)
-    return on
 
 
 def _assemble(sheets: Sheets, given: Sheets, found: _Found) -> CutPieces:

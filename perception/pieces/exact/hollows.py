@@ -233,7 +233,6 @@ def _replace_walls(
         triangles=np.concatenate([sheets.triangles[~gone], caps]),
         normals=np.concatenate([sheets.normals[~gone], normals]),
         areas=np.concatenate([sheets.areas[~gone], areas]),
-        source=np.concatenate([sheets.source[~gone], sheets.source[next_to]]),
         body=np.concatenate([sheets.body[~gone], sheets.body[next_to]]),
         pairs=number[pairs],
         edges=edges,

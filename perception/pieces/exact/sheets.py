@@ -39,18 +39,16 @@ LEAST_VOLUME = 1e-6
 class Sheets:
     """Triangles (m, 3) of points (n, 3) about `centre`, their normals and areas.
 
-    `source` (m,) are the triangles of the mesh that they are of; `body` (m,) numbers the closed
-    bodies, each with its cavities. `pairs` (k, 2) are triangles that share an edge and `edges`
-    (k, 2) its ends. Points within `slack` are one. `volumes` are the bodies'. `layers` are flat
-    parts of what encloses nothing: their corners (c, 3), and triangles (t,) of the mesh. Of the
-    surface `open_share` is open and in no layer, in boxes (n, 2, 3) in the mesh's own coordinates.
+    `body` (m,) numbers the closed bodies, each with its cavities. `pairs` (k, 2) are triangles that
+    share an edge and `edges` (k, 2) its ends. Points within `slack` are one. `volumes` are the
+    bodies'. `layers` are corners (c, 3) of flat parts of what encloses nothing. Of the surface
+    `open_share` is open and in no layer, in boxes (n, 2, 3) in the mesh's own coordinates.
     """
 
     points: FloatArray
     triangles: Indices
     normals: FloatArray
     areas: FloatArray
-    source: Indices
     body: Indices
     pairs: Indices
     edges: Indices
@@ -58,7 +56,7 @@ class Sheets:
     size: float
     slack: float
     volumes: FloatArray
-    layers: list[tuple[FloatArray, Indices]]
+    layers: list[FloatArray]
     open_share: float
     open_boxes: FloatArray
 
@@ -118,7 +116,7 @@ def close_sheets(
     volumes = sum_by_group(sheet, _signed_volumes(points[triangles]), count)
     kept_sheet = ~open_sheet & (np.abs(volumes) > LEAST_VOLUME * size * area)
     flat, bare = _find_layers(points[triangles], normals, areas, links, ~kept_sheet[sheet])
-    layers = [(points[np.unique(triangles[rows])], np.unique(source[rows])) for rows in flat]
+    layers = [points[np.unique(triangles[rows])] for rows in flat]
     open_share = float(areas[bare].sum() / areas.sum())
     if not kept_sheet.any() and not layers:
         return f"{open_share:.0%} of the surface is open: it bounds no solid"
@@ -136,7 +134,6 @@ def close_sheets(
         triangles[kept],
         normals[kept],
         areas[kept],
-        source[kept],
         bodies,
         number[links[inner]],
         np.column_stack([starts[one], ends[one]])[inner],
