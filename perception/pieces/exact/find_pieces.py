@@ -45,8 +45,11 @@ FRAME_SHARE = 0.02
 MOST_FRAMES = 4
 # A box of cells shows at least this share of its surface; one that shows none is no part.
 SHOWN = 0.05
-# A gap of this share of the thinner piece's thickness is none.
-TOUCH = 0.01
+# A gap of this share of the thinner piece's thickness is none: legs are drawn a little short.
+TOUCH = 0.2
+# A body that cannot be cut is still a piece, of which no more is known, if it fills so much of its
+# hull: a bent leg.
+BENT = 0.5
 # Sides of a board lie along each other to this cosine, half a degree, and are alike in extent but
 # for this share.
 EVEN = np.cos(np.radians(0.5))
@@ -163,6 +166,9 @@ class _BodyCut:
             self.pieces, self.hulls = join_through(sheets, rows, self.pieces, self.hulls)
         if not self.pieces and (convex or is_turned(sheets, rows, hull)):
             self._add_part(ConvexPart(rows, hull, whole))
+        if not self.pieces and whole > BENT * hull.volume:
+            self._add_part(ConvexPart(rows, hull, whole))
+            self.explained = 0.0
         found.pieces += self.pieces
         found.hulls += self.hulls
         found.body += [body] * len(self.pieces)

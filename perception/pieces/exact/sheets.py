@@ -29,6 +29,8 @@ MOST_COMPARED = 10_000_000
 LAYER_SHARE = 0.002
 # Its triangles turn less, as facets of what is flat do where exporters round the corners.
 LAYER_DEG = 0.5
+# Of a sheet of layers no more than this share is not flat: edges that were rounded.
+ROUNDED = 0.1
 # They lie in one plane but for this share of their extent.
 LAYER_FLAT = 1e-3
 # A sheet with less volume than this share of its area times size encloses nothing.
@@ -115,7 +117,7 @@ def close_sheets(
     area = sum_by_group(sheet, areas, count)
     volumes = sum_by_group(sheet, _signed_volumes(points[triangles]), count)
     kept_sheet = ~open_sheet & (np.abs(volumes) > LEAST_VOLUME * size * area)
-    flat, bare = _find_layers(points[triangles], normals, areas, links, ~kept_sheet[sheet])
+    flat, bare = _find_layers(points[triangles], normals, areas, links, ~kept_sheet[sheet], sheet)
     layers = [points[np.unique(triangles[rows])] for rows in flat]
     open_share = float(areas[bare].sum() / areas.sum())
     if not kept_sheet.any() and not layers:
@@ -176,10 +178,16 @@ def _cap_sheets(
 
 
 def _find_layers(
-    corners: FloatArray, normals: FloatArray, areas: FloatArray, links: Indices, loose: Bools
+    corners: FloatArray,
+    normals: FloatArray,
+    areas: FloatArray,
+    links: Indices,
+    loose: Bools,
+    sheet: Indices,
 ) -> tuple[list[Indices], Bools]:
-    """Return the triangles of flat parts among those that are `loose` (m,), each once, though it
-    may be there with both windings; and which triangles are loose and in none.
+    """Return the triangles of flat parts of sheets that are `loose` (m,), and flat but for edges
+    that were rounded, each once, though it may be there with both windings; and which triangles
+    are loose and in none.
     """
     bare = loose & (areas > 0.0)
     if not loose.any():
@@ -198,7 +206,10 @@ def _find_layers(
                 place = np.round(np.concatenate(ends) / (LAYER_FLAT * size)).tolist()
                 found[tuple(place)] = rows
                 bare[rows] = False
-    return list(found.values()), bare
+    count = int(sheet.max()) + 1
+    rest = np.bincount(sheet, areas * bare, minlength=count) / np.bincount(sheet, areas, count)
+    bare |= loose & (rest > ROUNDED)[sheet]
+    return [rows for rows in found.values() if not bare[rows[0]]], bare
 
 
 def _find_boxes(corners: FloatArray, sheet: Indices, chosen: Indices) -> FloatArray:

@@ -139,3 +139,40 @@ def test_what_cannot_be_cut_leaves_the_other_bodies_theirs() -> None:
     rows = fact_rows(scene_of(together(*table, star)), {"piece", "explained"})
     assert len(rows["piece"]) == 5
     assert rows["explained"][0][1] < 0.99
+
+
+def harm(made: trimesh.Trimesh, how: str) -> tuple[np.ndarray, np.ndarray]:
+    points, faces = np.asarray(made.vertices), np.asarray(made.faces)
+    rng = np.random.default_rng(0)
+    if how == "inside out":
+        return points, faces[:, ::-1]
+    if how == "doubled":
+        return points, np.concatenate([faces, faces])
+    if how == "wound at random":
+        return points, np.where(rng.random((len(faces), 1)) < 0.5, faces[:, ::-1], faces)
+    if how == "no shared corners":
+        return points[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3)
+    # a sliver at every triangle: a corner next to the middle of its first side
+    extra = len(points) + np.arange(len(faces))
+    middles = points[faces[:, :2]].mean(axis=1)
+    split = [(faces[:, 0], extra, faces[:, 2]), (extra, faces[:, 1], faces[:, 2])]
+    split += [(faces[:, 0], faces[:, 1], extra)]
+    return np.concatenate([points, middles]), np.concatenate([np.column_stack(s) for s in split])
+
+
+@pytest.mark.parametrize(
+    "how", ["inside out", "doubled", "wound at random", "no shared corners", "slivers"]
+)
+@pytest.mark.parametrize("name", ["pipe", "mug", "tyre"])
+def test_harmed_rings_are_one_piece_or_unknown(name: str, how: str) -> None:
+    made = ROUND[name](24)
+    made.vertices = made.vertices @ turn_at_random(np.random.default_rng(2)).T
+    found = find_solid_pieces(*harm(made, how))
+    assert len(found.pieces) == 1 or found.explained < 0.99
+    if how != "slivers":
+        assert len(found.pieces) == 1, found.reason
+
+
+def test_pieces_of_bodies_through_one_another_stay() -> None:
+    through = together(pipe(0.3, 0.25, 0.0, 1.0, 24), block((-0.5, -0.1, 0.4), (0.5, 0.1, 0.5)))
+    assert len(cut(through).pieces) == 2
