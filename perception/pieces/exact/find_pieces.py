@@ -15,6 +15,7 @@ from facetlog.perception.pieces.exact.box_cover import find_boxes
 from facetlog.perception.pieces.exact.cap_sheets import SHALLOW
 from facetlog.perception.pieces.exact.convex_parts import (
     CONVEX,
+    DIRECTIONS,
     ConvexPart,
     Hull,
     find_convex_groups,
@@ -35,8 +36,15 @@ from facetlog.perception.pieces.exact.regions import (
     find_frame,
     find_regions,
 )
-from facetlog.perception.pieces.exact.sheets import Sheets, close_sheets, is_inside
+from facetlog.perception.pieces.exact.sheets import (
+    LAYER_SHARE,
+    OpenSheet,
+    Sheets,
+    close_sheets,
+    is_inside,
+)
 from facetlog.perception.pieces.pieces import find_least_box
+from facetlog.perception.pieces.shown_pieces import SLENDER
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray
 
@@ -50,6 +58,10 @@ TOUCH = 0.2
 # A body that cannot be cut is still a piece, of which no more is known, if it fills so much of its
 # hull: a bent leg.
 BENT = 0.5
+# Of an open bar or board most of the sides are there: of a square bar three of four.
+MOST_SIDES = 0.6
+# Triangles times planes that are compared.
+MOST_COMPARED = 1_000_000
 # Sides of a board lie along each other to this cosine, half a degree, and are alike in extent but
 # for this share.
 EVEN = np.cos(np.radians(0.5))
@@ -67,6 +79,7 @@ class _Found:
     explained: float = 0.0
     left: list[FloatArray] = field(default_factory=list)
     left_volumes: list[float] = field(default_factory=list)
+    open_area: float = 0.0
 
 
 def find_solid_pieces(
@@ -92,16 +105,58 @@ def find_solid_pieces(
     for rows in iter_groups(sheets.body):
         body = int(sheets.body[rows[0]])
         _BodyCut(sheets, regions, rows, pairs[body]).add_to(found)
-    _add_layers(sheets, found)
+    _add_layers(sheets, _add_bars(sheets, found), found)
     return _assemble(sheets, given, found)
 
 
-def _add_layers(sheets: Sheets, found: _Found) -> None:
+def _add_bars(sheets: Sheets, found: _Found) -> list[FloatArray]:
+    """Add bars and boards of which hidden sides are missing; return the layers of other open
+    sheets, of which what is in no layer stays open.
+    """
+    layers = []
+    for loose in sheets.loose:
+        large = len(loose.layers) != 1 and loose.area > LAYER_SHARE * sheets.surface
+        hull = find_hull(loose.corners.reshape(-1, 3)) if large else None
+        box = None if hull is None else _find_bar(loose, hull)
+        if hull is None or box is None:
+            layers += loose.layers
+            if loose.bare > 0.0:
+                found.open_area += loose.bare
+                spots = loose.corners.reshape(-1, 3) + sheets.centre
+                found.left.append(np.stack([spots.min(axis=0), spots.max(axis=0)]))
+                found.left_volumes.append(0.0)
+            continue
+        extents, axes, middle = box
+        round_ = max(measure_section_roundness(hull.points, axis) for axis in axes)
+        place = (hull.points + sheets.centre, axes, middle + sheets.centre, extents)
+        found.pieces.append(CutPiece(*place, round_, hull.volume))
+        found.hulls.append(hull)
+        found.body.append(-1 - len(found.body))
+    return layers
+
+
+def _find_bar(loose: OpenSheet, hull: Hull) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Return extents, axes and middle of an open sheet that is most of a bar or a board."""
+    if loose.area < MOST_SIDES * hull.area or len(loose.corners) * len(hull.planes) > MOST_COMPARED:
+        return None
+    sides = loose.corners[:, 1:] - loose.corners[:, :1]
+    normals = np.cross(sides[:, 0], sides[:, 1])
+    double = np.linalg.norm(normals, axis=1)
+    off = (loose.corners.mean(axis=1) @ hull.planes[:, :3].T + hull.planes[:, 3]).max(axis=1)
+    largest = np.argsort(-double, kind="stable")[:DIRECTIONS]
+    box = find_least_box(hull.points, list(normals[largest] / double[largest, None]), 0.0)
+    length, width, thickness = box[0]
+    even = off.min() > -SAME_SIDE * thickness
+    bar = width < SLENDER * length or thickness < SHALLOW * np.sqrt(length * width)
+    return box if even and bar else None
+
+
+def _add_layers(sheets: Sheets, flat: list[FloatArray], found: _Found) -> None:
     """Add boards of layers: two that are the sides of a board without edges are one; others are as
     thick as places are known, so that they have a hull.
     """
     layers = []
-    for corners in sheets.layers:
+    for corners in flat:
         centred = corners - corners.mean(axis=0)
         normal = np.linalg.svd(centred, full_matrices=False)[2][2]
         layers.append((corners - (centred @ normal)[:, None] * normal, normal))
@@ -359,14 +414,18 @@ def _assemble(sheets: Sheets, given: Sheets, found: _Found) -> CutPieces:
     kept = _drop_inner(sheets, given, found)
     order = sorted(kept, key=lambda i: _rank(found.pieces[i], sheets.size))
     pieces = tuple(found.pieces[i] for i in order)
-    left = np.concatenate([np.array(found.left).reshape(-1, 2, 3), sheets.open_boxes])
+    left = np.array(found.left).reshape(-1, 2, 3)
     total = float(sheets.volumes.sum())
     # what is open encloses nothing: it counts by its share of the surface
-    closed = 1.0 - sheets.open_share
+    closed = 1.0 - found.open_area / sheets.surface
     explained = closed * (min(1.0, found.explained / total) if total > 0.0 else 1.0)
     contacts = _find_contacts(sheets, given, found, order)
-    reason = "" if pieces else "the solid is neither convex nor made of flat or round parts"
-    volumes = np.append(found.left_volumes, np.zeros(len(sheets.open_boxes)))
+    reason = ""
+    if not pieces:
+        reason = "the solid is neither convex nor made of flat or round parts"
+        if closed < 1.0:
+            reason = f"{1.0 - closed:.0%} of the surface is open: it bounds no solid"
+    volumes = np.array(found.left_volumes)
     return CutPieces(pieces, contacts, explained if pieces else 0.0, left, volumes, reason)
 
 

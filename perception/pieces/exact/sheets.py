@@ -38,13 +38,24 @@ LEAST_VOLUME = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class OpenSheet:
+    """A sheet that encloses nothing: its triangles (t, 3, 3), corners (c, 3) of its flat parts, its
+    area, and how much of that is in no flat part.
+    """
+
+    corners: FloatArray
+    layers: list[FloatArray]
+    area: float
+    bare: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Sheets:
     """Triangles (m, 3) of points (n, 3) about `centre`, their normals and areas.
 
     `body` (m,) numbers the closed bodies, each with its cavities. `pairs` (k, 2) are triangles that
     share an edge and `edges` (k, 2) its ends. Points within `slack` are one. `volumes` are the
-    bodies'. `layers` are corners (c, 3) of flat parts of what encloses nothing. Of the surface
-    `open_share` is open and in no layer, in boxes (n, 2, 3) in the mesh's own coordinates.
+    bodies'. `loose` are the sheets that enclose nothing; `surface` is the area of all.
     """
 
     points: FloatArray
@@ -58,9 +69,8 @@ class Sheets:
     size: float
     slack: float
     volumes: FloatArray
-    layers: list[FloatArray]
-    open_share: float
-    open_boxes: FloatArray
+    loose: list[OpenSheet]
+    surface: float
 
     @property
     def corners(self) -> FloatArray:
@@ -118,10 +128,9 @@ def close_sheets(
     volumes = sum_by_group(sheet, _signed_volumes(points[triangles]), count)
     kept_sheet = ~open_sheet & (np.abs(volumes) > LEAST_VOLUME * size * area)
     flat, bare = _find_layers(points[triangles], normals, areas, links, ~kept_sheet[sheet], sheet)
-    layers = [points[np.unique(triangles[rows])] for rows in flat]
-    open_share = float(areas[bare].sum() / areas.sum())
-    if not kept_sheet.any() and not layers:
-        return f"{open_share:.0%} of the surface is open: it bounds no solid"
+    loose = _list_open_sheets(points[triangles], sheet, areas, kept_sheet, flat, bare)
+    if not kept_sheet.any() and not loose:
+        return "the mesh encloses no volume"
     body, turned = _find_bodies(points, triangles, sheet, volumes, kept_sheet)
     flip = turned[sheet]
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
@@ -143,9 +152,8 @@ def close_sheets(
         size,
         slack,
         sum_by_group(body[kept_sheet], made[kept_sheet], int(bodies.max(initial=-1)) + 1),
-        layers,
-        open_share,
-        _find_boxes(points[triangles] + centre, sheet, np.unique(sheet[bare])),
+        loose,
+        float(area.sum()),
     )
 
 
@@ -212,13 +220,30 @@ def _find_layers(
     return [rows for rows in found.values() if not bare[rows[0]]], bare
 
 
-def _find_boxes(corners: FloatArray, sheet: Indices, chosen: Indices) -> FloatArray:
-    """Return the boxes (n, 2, 3) round chosen sheets of triangles (m, 3, 3)."""
-    low = np.full((int(sheet.max()) + 1, 3), np.inf)
-    high = -low
-    np.minimum.at(low, sheet, corners.min(axis=1))
-    np.maximum.at(high, sheet, corners.max(axis=1))
-    return np.stack([low, high], axis=1)[chosen]
+def _list_open_sheets(
+    corners: FloatArray,
+    sheet: Indices,
+    areas: FloatArray,
+    kept: Bools,
+    flat: list[Indices],
+    bare: Bools,
+) -> list[OpenSheet]:
+    """Return the sheets that are not kept, of triangles (m, 3, 3), with the triangles of their flat
+    parts.
+    """
+    layers: dict[int, list[FloatArray]] = {}
+    for rows in flat:
+        layers.setdefault(int(sheet[rows[0]]), []).append(corners[rows].reshape(-1, 3))
+    rows = np.flatnonzero(~kept[sheet] & (areas > 0.0))
+    return [
+        OpenSheet(
+            corners[rows[own]],
+            layers.get(int(sheet[rows[own[0]]]), []),
+            float(areas[rows[own]].sum()),
+            float((areas * bare)[rows[own]].sum()),
+        )
+        for own in iter_groups(sheet[rows])
+    ]
 
 
 def _weld(points: FloatArray, triangles: Indices, slack: float) -> tuple[FloatArray, Indices]:

@@ -103,6 +103,7 @@ def test_ends_that_nobody_sees_are_closed_and_open_boxes_are_not() -> None:
         (remove_sides(bar, up),),
         (remove_sides(remove_sides(bar, up), down),),
         (remove_sides(top, down),),
+        (remove_sides(remove_sides(bar, (1.0, 0.0, 0.0)), down),),  # in a corner of others
     ):
         found = find_solid_pieces(*arrays(together(*parts)))
         assert (len(found.pieces), found.explained) == (len(parts), pytest.approx(1.0))
