@@ -23,6 +23,10 @@ SPACING_SHARE = 1.0 / 64.0
 NEAR_SHARE = 1.0 / 512.0
 # Pieces have all of a body's surface but for this share: edges that were rounded.
 UNOWNED = 0.05
+# Planes of hulls times places that are compared, some tenth of a second; a hull of more planes is
+# coarsened, which takes so many times what is near from it.
+MOST_COMPARED = 5_000_000
+COARSE = 4.0
 # A body shows more than this share of the surface of each of its pieces: not just a leg's end on a
 # floor.
 SHOWN = 0.02
@@ -92,7 +96,10 @@ def _find_on_pieces(found: CutPieces, points: FloatArray, near: float) -> tuple[
     for number, piece in enumerate(found.pieces):
         hull = find_hull(piece.hull)
         if hull is not None:
-            on[number] = hull.contains(points, near)
+            many = len(hull.planes) * len(points) > MOST_COMPARED
+            on[number] = (hull.coarsen() if many else hull).contains(
+                points, near * COARSE if many else near
+            )
             surface[number] = hull.area
     return on, surface
 

@@ -243,7 +243,7 @@ class _BodyCut:
         """
         corners = self.sheets.corners[self.rows]
         free = np.ones(len(corners), dtype=np.bool_)
-        for hull in self.hulls:
+        for hull in self.hulls if self.explained else ():
             free &= ~hull.contains(corners.mean(axis=1), PLANE_SLACK * self.sheets.slack)
         own = corners[free if free.any() else slice(None)].reshape(-1, 3) + self.sheets.centre
         return np.stack([own.min(axis=0), own.max(axis=0)])
