@@ -32,6 +32,8 @@ COARSE = 4.0
 SHOWN = 0.02
 # Cells show more of a body of which more than this share of the surface is open.
 OPEN_SHARE = 0.1
+# So they do where pieces explain less than this share.
+LEAST = 0.5
 
 
 def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
@@ -56,8 +58,8 @@ def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
 
 
 def add_solids(scene: Scene, found: CutPieces) -> Scene:
-    """Return the scene with the pieces of its bodies; a body of which some surface is open gets
-    none, but how much of it they would explain.
+    """Return the scene with the pieces of its bodies; a body of which some surface is open, or
+    little is in pieces, gets none, but how much of it they would explain.
     """
     if not found or not scene.bodies:
         return scene
@@ -79,11 +81,11 @@ def add_solids(scene: Scene, found: CutPieces) -> Scene:
         owned = covered / max(float(areas[own].sum()), 1e-300)
         volume = sum(found.pieces[row].volume for row in rows.tolist())
         bare = float(areas[own & ~on[rows].any(axis=0) & is_open].sum())
-        if bare > OPEN_SHARE * float(areas[own].sum()):
-            rows = rows[:0]
         lost = float(found.left[left_of == number].sum())
         explained = volume / max(volume + lost, 1e-300)
         explained *= owned if owned < 1.0 - UNOWNED else 1.0
+        if explained < LEAST or bare > OPEN_SHARE * float(areas[own].sum()):
+            rows = rows[:0]
         gaps = found.unexplained[left_of == number]
         bodies.append(replace(each, solids=_make_solids(found, rows, owner, explained, gaps)))
     return replace(scene, bodies=tuple(bodies))

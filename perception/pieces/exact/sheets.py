@@ -29,7 +29,7 @@ MOST_COMPARED = 10_000_000
 LAYER_SHARE = 0.002
 # Its triangles turn less, as facets of what is flat do where exporters round the corners.
 LAYER_DEG = 0.5
-# Of a sheet of layers no more than this share is not flat: edges that were rounded.
+# Of a flat sheet no more than this share is not flat: edges that were rounded.
 ROUNDED = 0.1
 # They lie in one plane but for this share of their extent.
 LAYER_FLAT = 1e-3
@@ -193,9 +193,9 @@ def _find_layers(
     loose: Bools,
     sheet: Indices,
 ) -> tuple[list[Indices], Bools]:
-    """Return the triangles of flat parts of sheets that are `loose` (m,), and flat but for edges
-    that were rounded, each once, though it may be there with both windings; and which triangles
-    are loose and in none.
+    """Return the triangles of `loose` (m,) sheets that are flat but for edges that were rounded,
+    each once, though it may be there with both windings; and which triangles are loose and in
+    none. What is folded may enclose a space: it stays open.
     """
     bare = loose & (areas > 0.0)
     if not loose.any():
@@ -216,7 +216,9 @@ def _find_layers(
                 bare[rows] = False
     count = int(sheet.max()) + 1
     rest = np.bincount(sheet, areas * bare, minlength=count) / np.bincount(sheet, areas, count)
-    bare |= loose & (rest > ROUNDED)[sheet]
+    first = np.array([rows[0] for rows in found.values()], dtype=np.int64)
+    sides = np.bincount(sheet[first], minlength=count)
+    bare |= loose & ((rest > ROUNDED) | (sides > 1))[sheet]
     return [rows for rows in found.values() if not bare[rows[0]]], bare
 
 

@@ -109,6 +109,6 @@ def test_ends_that_nobody_sees_are_closed_and_open_boxes_are_not() -> None:
         assert (len(found.pieces), found.explained) == (len(parts), pytest.approx(1.0))
     for side in (up, down):
         crate = remove_sides(foot, side)
-        assert len(find_solid_pieces(*arrays(crate)).pieces) == 5
+        assert not find_solid_pieces(*arrays(crate))
         closed = find_solid_pieces(*arrays(crate), up=np.array(side) * -1.0)
         assert len(closed.pieces) == 1
