@@ -200,12 +200,14 @@ class Solids:
     """The solid pieces of a body, the largest first.
 
     `joins` are pairs of them (indices) that touch. `explained` is the share of the body's volume
-    that they fill together, 0..1.
+    that they fill together, 0..1; `gaps` are boxes round what none fills: x, y, z of the lowest
+    corner, then of the highest.
     """
 
     pieces: tuple[SolidPiece, ...]
     joins: tuple[tuple[Index, Index], ...]
     explained: Share
+    gaps: tuple[tuple[float, float, float, float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
         if any(not 0 <= i < len(self.pieces) for pair in self.joins for i in pair):

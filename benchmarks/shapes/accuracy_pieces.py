@@ -1,6 +1,6 @@
 """Are the solid pieces of a mesh the parts that the thing was built of?
 
-Things of wood in 14 families, every length varied by a fifth, in random frames, subdivided up to
+Things of wood in 16 families, every length varied by a fifth, in random frames, subdivided up to
 twice; as one union (where manifold3d is installed), as bodies with shared vertices, and as bodies
 of their own. As built: as many pieces as parts, each overlapping its part by most of its box.
 """

@@ -1,7 +1,7 @@
 """Things of wood as a joiner builds them, every length varied: their parts are known.
 
-A thing is a list of its parts, closed convex meshes (an L-shaped plate apart) in metres, z upwards,
-which touch, overlap or reach into one another as in drawings.
+A thing is a list of its parts, closed meshes, convex but for plates and rings, in metres, with z
+upwards, which touch, overlap or reach into one another as in drawings.
 """
 
 from collections.abc import Callable, Iterator
@@ -311,6 +311,32 @@ def make_crate(size: Sizes) -> Parts:
     ]
 
 
+def make_well(size: Sizes) -> Parts:
+    """Return a round shaft of 8 to 64 sides, two posts let into its wall, and a roof."""
+    radius, wall, deep, high = size(0.6), size(0.15), size(0.8), size(1.8)
+    turns = 2.0 * np.pi * np.arange(int(size.rng.integers(8, 65)))
+    turns = turns / len(turns) + float(size.rng.random())
+    around = np.column_stack([np.cos(turns), np.sin(turns)])
+    plan = shapely.Polygon(radius * around, [(radius - wall) * around])
+    out, half = radius - 0.5 * wall, size(0.04)
+    posts = [
+        block([x - half, -half, deep - size(0.1)], [x + half, half, high]) for x in (-out, out)
+    ]
+    wide, across = radius + size(0.2), size(0.4)
+    roof = block([-wide, -across, high], [wide, across, high + size(0.04)])
+    return [extruded(plan, 0.0, deep), *posts, roof]
+
+
+def make_worktop(size: Sizes) -> Parts:
+    """Return a worktop with a sink's hole, round or not, on four legs."""
+    length, width, high, thick, leg = size(1.8), size(0.6), size(0.9), size(0.04), size(0.06)
+    sink = shapely.box(0.3, 0.12, 0.3 + size(0.4), 0.12 + size(0.22))
+    if size.flip():
+        sink = shapely.Point(0.6, 0.5 * width).buffer(size(0.15), quad_segs=8)
+    top = extruded(shapely.box(0, 0, length, width).difference(sink), high - thick, high)
+    return [top, *_legs(size, length, width, high - thick, leg, 0.0)]
+
+
 FAMILIES: dict[str, Callable[[Sizes], Parts]] = {
     "pallet": make_pallet,
     "ladder": make_ladder,
@@ -326,6 +352,8 @@ FAMILIES: dict[str, Callable[[Sizes], Parts]] = {
     "steps": make_steps,
     "box": make_box,
     "crate": make_crate,
+    "well": make_well,
+    "worktop": make_worktop,
 }
 
 

@@ -47,7 +47,8 @@ class Sight:
     `whole` says that its surface is known from all sides; `up` is a unit vector, None where it is
     not known; `normals` are those of measured faces, outwards; `opening` are the directions from
     which unseen space round it would show, and how much of it, 0..1; `assumed` is the share of what
-    it fills that was not seen, and is taken to be full.
+    it fills that was not seen, and is taken to be full. `filled` is the share of its volume that
+    its pieces fill, and `gaps` are the lowest and highest corners of boxes round what none fills.
     """
 
     whole: bool
@@ -58,3 +59,5 @@ class Sight:
     implied: tuple[ImpliedFace, ...]
     opening: tuple[tuple[Point, float], ...] = ()
     assumed: float = 0.0
+    filled: float = 1.0
+    gaps: tuple[tuple[Point, Point], ...] = ()

@@ -25,6 +25,8 @@ UPRIGHT = 1e-3
 """Lengths of unit vectors in plan below this are those of upright ones."""
 # A way to go is said from this share of the distance to the thing on.
 WORTH_SAYING = 0.15
+# Of what no piece fills so many places are said.
+MOST_GAPS = 3
 DIGITS = 6
 """Digits to which directions and distances are compared."""
 
@@ -78,15 +80,16 @@ class Unseen:
 
 
 def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, ...]:
-    """Return why something of the thing may have been missed, whatever it is; nothing of a whole
-    one.
+    """Return why something of the thing may have been missed, whatever it is; of a whole one, what
+    is in no piece.
 
     First the directions that it was looked at from least, in plan and from above, and the one from
     which most of the unseen space round it shows, unless that is near one of them; then views that
     are too few or past it, then faces that are known only from their neighbours.
     """
+    gaps = tuple(_iter_gaps(sight, thing, length_unit))
     if sight.whole:
-        return ()
+        return gaps
     if not sight.points:
         return tuple(map(Unseen, _iter_no_face_reasons(len(sight.places))))
     points = np.array(sight.points)
@@ -97,7 +100,30 @@ def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, .
     found = list(_iter_unseen_sides(sight, about))
     found.extend(_iter_unseen_space(sight, about, found))
     found.extend(map(Unseen, _iter_missed_reasons(sight, thing)))
-    return tuple(found)
+    return (*found, *gaps)
+
+
+def _iter_gaps(sight: Sight, thing: str, length_unit: str | None) -> Iterator[Unseen]:
+    """Return how much of the thing's volume is in no piece, and where."""
+    if round(1.0 - sight.filled, 2) <= 0.0:
+        return
+    points = np.array(sight.points)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    up = None if sight.up is None else np.array(sight.up)
+    places = []
+    for low, high in sight.gaps[:MOST_GAPS]:
+        corners = np.array([low, high])
+        off = corners.mean(axis=0) - middle
+        place = describe_axis(off / max(float(np.linalg.norm(off)), 1e-300)) or "nowhere else"
+        place = f"towards {place}"
+        if up is not None:
+            ends = np.where(up < 0.0, corners[::-1], corners)
+            heights = ends @ up - (points @ up).min()
+            span = "–".join(f"{height:.2g}" for height in heights.tolist())
+            place += f", {format_with_unit(span, length_unit or 'units')} up"
+        places.append(place)
+    where = f": {'; '.join(places)}" if places else ""
+    yield Unseen(f"{1.0 - sight.filled:.0%} of the volume of {thing} is in no piece{where}")
 
 
 def _iter_unseen_sides(sight: Sight, about: "Looked") -> Iterator[Unseen]:

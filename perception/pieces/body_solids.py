@@ -21,8 +21,19 @@ SPACING_SHARE = 1.0 / 64.0
 # A place is on a piece if it is no farther outside its hull than this share of the diagonal: what
 # the fit of a face leaves, and the samples of what is curved.
 NEAR_SHARE = 1.0 / 512.0
-# Pieces are a body's if they have all of its surface but for this share: edges that were rounded.
+# Pieces have all of a body's surface but for this share: edges that were rounded.
 UNOWNED = 0.05
+# Planes of hulls times places that are compared, some tenth of a second; a hull of more planes is
+# coarsened, which takes so many times what is near from it.
+MOST_COMPARED = 5_000_000
+COARSE = 4.0
+# A body shows more than this share of the surface of each of its pieces: not just a leg's end on a
+# floor.
+SHOWN = 0.02
+# Cells show more of a body of which more than this share of the surface is open.
+OPEN_SHARE = 0.1
+# So they do where pieces explain less than this share.
+LEAST = 0.5
 
 
 def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
@@ -34,44 +45,65 @@ def cut_faces(faces: Sequence[FlatFace], points: FloatArray) -> Solids | None:
     found = find_solid_pieces(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     if not found:
         return None
-    face = np.repeat(np.arange(len(faces)), [len(triangles) for triangles in filled])
-    areas = np.linalg.norm(np.cross(*np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)), axis=1)
-    shares = np.array(
-        [sum_by_group(face[p.triangles], areas[p.triangles], len(faces)) for p in found.pieces]
-    )
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    places, face = inner_points(faces, SPACING_SHARE * size)
     index = np.array([each.index for each in faces])
+    shares = np.bincount(face, minlength=len(faces))[face]
+    areas = np.array([each.area for each in faces])[face] / shares
+    on, _ = _find_on_pieces(found, places, NEAR_SHARE * size)
     owner = np.full(int(index.max()) + 1, -1)
-    owner[index] = _choose_owners(shares)
-    return _make_solids(found, np.arange(len(found.pieces)), owner)
+    owner[index] = _choose_owners(_sum_areas(on, face, areas, len(faces)))
+    rows = np.arange(len(found.pieces))
+    return _make_solids(found, rows, owner, found.explained, found.unexplained)
 
 
 def add_solids(scene: Scene, found: CutPieces) -> Scene:
-    """Return the scene with the pieces of its bodies; a body of which some surface is on no piece
-    gets none.
+    """Return the scene with the pieces of its bodies; a body of which some surface is open, or
+    little is in pieces, gets none, but how much of it they would explain.
     """
     if not found or not scene.bodies:
         return scene
     size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
     points, face, body, areas = _sample_surface(scene, SPACING_SHARE * size)
-    on = np.zeros((len(found.pieces), len(points)), dtype=np.bool_)
-    for number, piece in enumerate(found.pieces):
-        hull = find_hull(piece.hull)
-        if hull is not None:
-            on[number] = hull.contains(points, NEAR_SHARE * size)
+    on, surface = _find_on_pieces(found, points, NEAR_SHARE * size)
     votes = _sum_areas(on, body, areas, len(scene.bodies))
     body_of = votes.argmax(axis=1)
     owner = _choose_owners(_sum_areas(on, face, areas, len(scene.faces)))
+    low, high = found.unexplained[:, :1] - NEAR_SHARE * size, found.unexplained[:, 1:]
+    beside = np.asarray(((low <= points) & (points <= high + NEAR_SHARE * size)).all(axis=2))
+    is_open = beside[found.left <= 0.0].any(axis=0)
+    left_of = _sum_areas(beside, body, areas, len(scene.bodies)).argmax(axis=1)
     bodies = []
     for number, each in enumerate(scene.bodies):
-        rows = np.flatnonzero((body_of == number) & votes.any(axis=1))
+        rows = np.flatnonzero((body_of == number) & (votes.max(axis=1) > SHOWN * surface))
         own = body == number
         covered = float(areas[own & on[rows].any(axis=0)].sum())
-        if not len(rows) or covered < (1.0 - UNOWNED) * float(areas[own].sum()):
-            bodies.append(each)
-            continue
-        solids = _make_solids(found, rows, owner)
-        bodies.append(replace(each, solids=solids))
+        owned = covered / max(float(areas[own].sum()), 1e-300)
+        volume = sum(found.pieces[row].volume for row in rows.tolist())
+        bare = float(areas[own & ~on[rows].any(axis=0) & is_open].sum())
+        lost = float(found.left[left_of == number].sum())
+        explained = volume / max(volume + lost, 1e-300)
+        explained *= owned if owned < 1.0 - UNOWNED else 1.0
+        if explained < LEAST or bare > OPEN_SHARE * float(areas[own].sum()):
+            rows = rows[:0]
+        gaps = found.unexplained[left_of == number]
+        bodies.append(replace(each, solids=_make_solids(found, rows, owner, explained, gaps)))
     return replace(scene, bodies=tuple(bodies))
+
+
+def _find_on_pieces(found: CutPieces, points: FloatArray, near: float) -> tuple[Bools, FloatArray]:
+    """Return which points (n, 3) are on or in which pieces (p, n), and the pieces' surface (p,)."""
+    on = np.zeros((len(found.pieces), len(points)), dtype=np.bool_)
+    surface = np.full(len(found.pieces), np.inf)
+    for number, piece in enumerate(found.pieces):
+        hull = find_hull(piece.hull)
+        if hull is not None:
+            many = len(hull.planes) * len(points) > MOST_COMPARED
+            on[number] = (hull.coarsen() if many else hull).contains(
+                points, near * COARSE if many else near
+            )
+            surface[number] = hull.area
+    return on, surface
 
 
 def _sum_areas(on: Bools, of: Indices, areas: FloatArray, count: int) -> FloatArray:
@@ -79,7 +111,8 @@ def _sum_areas(on: Bools, of: Indices, areas: FloatArray, count: int) -> FloatAr
     for none, and `on` (p, n) says which are on a piece.
     """
     counted = on & (of >= 0)
-    return np.array([sum_by_group(of[own], areas[own], count) for own in counted])
+    sums = [sum_by_group(of[own], areas[own], count) for own in counted]
+    return np.array(sums).reshape(len(on), count)
 
 
 def _choose_owners(shares: FloatArray) -> Indices:
@@ -87,13 +120,15 @@ def _choose_owners(shares: FloatArray) -> Indices:
     return np.where(shares.any(axis=0), shares.argmax(axis=0), -1)
 
 
-def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
+def _make_solids(
+    found: CutPieces, rows: Indices, owner: Indices, explained: float, gaps: FloatArray
+) -> Solids:
     """Return the pieces with these numbers; `owner` (f,) is the number of each face's piece."""
     pieces = tuple(
         SolidPiece(
             cut.hull,
-            _make_right_handed(cut.axes),
-            cut.section_round,
+            cut.axes,
+            cut.round,
             tuple(np.flatnonzero(owner == row).tolist()),
         )
         for row, cut in ((row, found.pieces[row]) for row in rows.tolist())
@@ -104,13 +139,8 @@ def _make_solids(found: CutPieces, rows: Indices, owner: Indices) -> Solids:
         for one, other in found.contacts
         if one in place and other in place
     )
-    return Solids(pieces, joins, min(1.0, found.explained))
-
-
-def _make_right_handed(axes: FloatArray) -> FloatArray:
-    """Return the axes (3, 3), the last one turned if they are left-handed."""
-    right: FloatArray = axes * np.where(np.linalg.det(axes) < 0.0, [[1.0], [1.0], [-1.0]], 1.0)
-    return right
+    boxes = tuple((*low, *high) for low, high in gaps.tolist())
+    return Solids(pieces, joins, min(1.0, explained), boxes)
 
 
 def _sample_surface(

@@ -27,7 +27,7 @@ def measure_solids(solids: Solids, up: FloatArray, sd: float, reach: float) -> P
     _close_gaps(solids.pieces, joins, low <= low.min(initial=np.inf) + reach, reach)
     off_ground = low >= low.min(initial=np.inf) + reach
     bears = joins & (low[:, None] <= low[None] + reach) & off_ground
-    return Pieces(pieces, joins, bears, solids.explained)
+    return Pieces(pieces, joins, bears, solids.explained, solids.gaps)
 
 
 def _close_gaps(

@@ -55,13 +55,15 @@ class Piece:
 class Pieces:
     """The pieces of a thing, the largest first. `joins` (p, p) says which touch, `bears` (p, p)
     which carries which directly: it touches what is off the ground and reaches as low, within a
-    cell, or lower. `explained` is the share of the thing's volume that they fill, 0..1.
+    cell, or lower. `explained` is the share of the thing's volume that they fill, 0..1; `gaps` are
+    boxes round what none fills, as a body's `Solids` have them.
     """
 
     pieces: tuple[Piece, ...]
     joins: NDArray[np.bool_]
     bears: NDArray[np.bool_]
     explained: float
+    gaps: tuple[tuple[float, ...], ...] = ()
 
     @property
     def carries(self) -> NDArray[np.bool_]:

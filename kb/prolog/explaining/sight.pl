@@ -12,8 +12,8 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 
 %!  sight(+Thing, -Sight) is det.
 %
-%   Sight is sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed) of a thing of the current
-%   scene:
+%   Sight is sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed, Filled, Gaps) of a thing
+%   of the current scene:
 %
 %     - Whole is true where its surface is known from all sides, else false;
 %     - Ups is a list of at most one at(X, Y, Z), the unit vector upwards;
@@ -24,9 +24,11 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 %     - Implied are implied(Face, Normal, Shown) of its other faces; Shown is a list of
 %       shows(View, Seen, Outside, Hidden), Hidden of By-Share;
 %     - Open are at(X, Y, Z)-Share: so much of the unseen space round it would show from there;
-%     - Assumed is the share of what it fills that is only taken to be full.
+%     - Assumed is the share of what it fills that is only taken to be full;
+%     - Filled is the share of its volume that its pieces fill, 1 where nobody asks for pieces, and Gaps
+%       are corners at(X, Y, Z)-at(X, Y, Z), lowest and highest, of boxes round what none fills.
 
-sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed)) :-
+sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed, Filled, Gaps)) :-
     ( fact(whole(Thing)) -> Whole = true ; Whole = false ),
     findall(at(X, Y, Z), fact(up(X, Y, Z)), Ups),
     findall(V, vertex_of(Thing, V), Vs0),
@@ -40,7 +42,9 @@ sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed))
             ( face_of(Thing, Face, implied), normal(Face, Normal), shown(Face, Shown) ),
             Implied),
     findall(at(X, Y, Z)-Share, fact(unseen_towards(Thing, X, Y, Z, Share)), Open),
-    ( fact(assumed_full(Thing, Assumed)) -> true ; Assumed = 0 ).
+    ( fact(assumed_full(Thing, Assumed)) -> true ; Assumed = 0 ),
+    ( fact(explained(Thing, Filled)) -> true ; Filled = 1 ),
+    findall(at(A, B, C)-at(D, E, F), fact(unexplained(Thing, A, B, C, D, E, F)), Gaps).
 
 vertex_of(Thing, V) :-
     fact(part_of(Part, Thing)),

@@ -18,6 +18,12 @@ _PIECES: tuple[FactKind, ...] = (
         "it is not known from all sides",
     ),
     _kind(
+        "unexplained +T:thing X0:length Y0:length Z0:length X1:length Y1:length Z1:length",
+        _ANY,
+        "lowest and highest corner of a box round what none of its pieces fills",
+        "pieces fill it, or it is not known from all sides",
+    ),
+    _kind(
         "piece_size +P:piece L:length W:length H:length Sd:length",
         _ONE,
         "length, width and thickness of the least box around its surface, longest first: exact "

@@ -41,6 +41,8 @@ ACROSS = 0.866
 # An opening lies within a face that leaves it free and reaches round it, or in a piece that is all
 # of its rim, but for so much of it.
 BESIDE = 0.1
+# The foot of a leg is lower than this share of what stands on it.
+FOOT = 0.1
 
 Row = tuple[str, tuple[str | float, ...]]
 
@@ -147,7 +149,7 @@ def _measure_outside(piece: Piece, places: FloatArray) -> FloatArray:
 
 def find_grounded(pieces: Pieces, up: FloatArray, cell: float) -> NDArray[np.bool_]:
     """Return which pieces (p,) stand on the ground: they reach as low as any within a cell, or
-    stand on a board that lies there.
+    stand on a board that lies there, or on a foot.
     """
     low, high = np.array([(piece.low, piece.high) for piece in pieces.pieces]).reshape(-1, 2).T
     lowest = low < low.min(initial=np.inf) + cell
@@ -159,7 +161,8 @@ def find_grounded(pieces: Pieces, up: FloatArray, cell: float) -> NDArray[np.boo
         dtype=np.bool_,
     )
     stands_on = pieces.joins & (low[:, None] >= high[None] - cell / 2.0)
-    grounded: NDArray[np.bool_] = lowest | (stands_on & (lowest & lies)[None]).any(axis=1)
+    foot = (high - low)[None] < FOOT * (high - low)[:, None]
+    grounded: NDArray[np.bool_] = lowest | (stands_on & lowest & (lies | foot)).any(axis=1)
     return grounded
 
 
@@ -251,6 +254,7 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
             rows.add_rows(functor, [each])
         if found.filled.known:
             rows.add_rows("explained", [(found.thing, found.pieces.explained)])
+            rows.add_rows("unexplained", [(found.thing, *gap) for gap in found.pieces.gaps])
         if rows.wants("piece_angle"):
             rows.add_rows("piece_angle", found.angles())
         if rows.wants("piece_overlap"):
@@ -499,9 +503,12 @@ def _find_pieces(thing: Thing, filled: FilledSpace, points: FloatArray) -> Piece
         from facetlog.perception.pieces.body_solids import cut_faces  # scipy: few ask for pieces
 
         solids = cut_faces(surface.faces, points)
-    if solids is not None:
+    if solids is not None and solids.pieces:
         return measure_solids(solids, space.axes[2], surface.corner_sd, space.cell)
-    return find_pieces(space.least(), surface.faces, surface.curved, surface.lines)
+    found = find_pieces(space.least(), surface.faces, surface.curved, surface.lines)
+    if solids is None:
+        return found
+    return replace(found, explained=min(found.explained, solids.explained), gaps=solids.gaps)
 
 
 def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:

@@ -1,7 +1,7 @@
-"""Convex parts that concave edges bound, whatever their shape: round rungs, wheels, splayed legs.
+"""Parts that concave edges bound, whatever their shape: round rungs, wheels, splayed legs, rings.
 
 A group of triangles that no concave edge crosses, and that closes with flat caps to nearly its own
-convex hull, is a part.
+convex hull, is a part; so is one that a lathe would make, and what is round and goes on flush.
 """
 
 from dataclasses import dataclass, replace
@@ -29,17 +29,27 @@ MOST_SPOTS = 8
 BETWEEN = (0.01, 0.5, 0.99)
 # A hull of which its least box is larger by less is a cuboid.
 CUBOID = 1e-3
+# A section is round from eight sides on: of an octagon the roundness is .75, of a hexagon .57.
+ROUND = 0.7
+# Mean sine by which sides of what was turned on a lathe face away from its axis: .2 for an octagon,
+# .41 for a square.
+ASKEW = 0.25
+# Of a round bar that goes on flush, as a wheel beside its fork, more than half is seen all round.
+SEEN_ROUND = 0.55
+# A chord of a twelfth of a circle is so far off it, as a share of the radius, and some.
+OFF_ROUND = 0.04
 # Directions that a part's least box is tried along: those of its largest faces.
 DIRECTIONS = 8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hull:
-    """Corners (n, 3) of a convex hull, its planes (f, 4), outwards, and its volume."""
+    """Corners (n, 3) of a convex hull, its planes (f, 4), outwards, its volume and its surface."""
 
     points: FloatArray
     planes: FloatArray
     volume: float
+    area: float
 
     def contains(self, points: FloatArray, slack: float) -> Bools:
         """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
@@ -83,7 +93,7 @@ def find_hull(points: FloatArray) -> Hull | None:
         return None
     planes = np.unique(np.round(hull.equations, 12), axis=0)
     planes[:, 3] -= planes[:, :3] @ middle
-    return Hull(points[hull.vertices], planes, float(hull.volume))
+    return Hull(points[hull.vertices], planes, float(hull.volume), float(hull.area))
 
 
 def find_convex_groups(
@@ -110,9 +120,73 @@ def find_convex_groups(
         if hull is None or not hull.volume > (10.0 * sheets.slack) ** 2 * sheets.size:
             continue
         volume = _measure_volume(sheets, own, of, sheets.edges[at])
-        if CONVEX * hull.volume <= volume <= (2.0 - CONVEX) * hull.volume:
+        if CONVEX * hull.volume <= volume <= (2.0 - CONVEX) * hull.volume or (
+            0.0 < volume < hull.volume and is_turned(sheets, own, hull)
+        ):
             found.append(ConvexPart(own, hull, volume))
     return found
+
+
+def is_turned(sheets: Sheets, rows: Indices, hull: Hull) -> bool:
+    """Return whether triangles are what a lathe makes: round about one axis, hollow or not."""
+    normals, areas = sheets.normals[rows], sheets.areas[rows]
+    middles = sheets.corners[rows].mean(axis=1)
+    away = middles - np.average(middles, axis=0, weights=areas)
+    for axis in np.linalg.eigh((normals * areas[:, None]).T @ normals)[1].T:
+        about = cross(np.broadcast_to(axis, away.shape), away)
+        about /= np.maximum(np.linalg.norm(about, axis=1, keepdims=True), 1e-300)
+        steep = areas * np.linalg.norm(normals - (normals @ axis)[:, None] * axis, axis=1)
+        if (areas * np.abs((normals * about).sum(axis=1))).sum() < ASKEW * steep.sum():
+            return measure_section_roundness(hull.points, axis) > ROUND
+    return False
+
+
+def find_flush_bars(sheets: Sheets, regions: Regions, rows: Indices) -> list[ConvexPart]:
+    """Return the round bars of which some sides go on in flat ones of others: a wheel beside its
+    fork, of which these curved triangles are seen.
+    """
+    number = np.full(len(sheets.triangles), -1)
+    number[rows] = np.arange(len(rows))
+    smooth = (number[sheets.pairs] >= 0).all(axis=1) & ~regions.concave
+    _, label = joined(len(rows), number[sheets.pairs[smooth]])
+    body = sheets.corners[sheets.body == sheets.body[rows[0]]] if len(rows) else sheets.corners
+    found = []
+    for local in iter_groups(label):
+        own = rows[local]
+        hull = _complete_bar(sheets, own)
+        if hull is None:
+            continue
+        middle = hull.points.mean(axis=0)
+        if all(is_inside(spot, body) for spot in middle + 0.9 * (hull.points - middle)):
+            found.append(ConvexPart(own, hull, hull.volume))
+    return found
+
+
+def _complete_bar(sheets: Sheets, rows: Indices) -> Hull | None:
+    """Return the hull of the round bar of which triangles show more than half the sides, if any."""
+    normals, areas = sheets.normals[rows], sheets.areas[rows]
+    axis = np.linalg.eigh((normals * areas[:, None]).T @ normals)[1][:, 0]
+    if np.abs(normals @ axis).max() > np.sin(COAXIAL):
+        return None
+    across = make_plane_axes(axis[None], np.eye(3)[[np.abs(axis).argmin()]])[0]
+    corners = sheets.corners[rows].reshape(-1, 3)
+    flat, along = corners @ across.T, corners @ axis
+    # x² + y² = 2 (x, y) · centre + r² - centre²
+    system = np.column_stack([2.0 * flat, np.ones(len(flat))])
+    *centre, rest = np.linalg.lstsq(system, (flat**2).sum(axis=1), rcond=None)[0]
+    radius = float(np.sqrt(max(rest + np.dot(centre, centre), 0.0)))
+    off = np.linalg.norm(flat - centre, axis=1)
+    outwards = ((sheets.corners[rows].mean(axis=1) @ across.T - centre) * (normals @ across.T)).sum(
+        axis=1
+    )
+    height = float(np.ptp(along))
+    seen = float(areas.sum()) > SEEN_ROUND * 2.0 * np.pi * radius * height
+    if not seen or (outwards <= 0.0).any() or np.abs(off - radius).max() > OFF_ROUND * radius:
+        return None
+    turns = np.arange(0.0, 2.0 * np.pi, np.radians(15.0))
+    ring = np.array(centre) + radius * np.column_stack([np.cos(turns), np.sin(turns)])
+    ends = [ring @ across + end * axis for end in (along.min(), along.max())]
+    return find_hull(np.concatenate(ends))
 
 
 def _measure_volume(sheets: Sheets, rows: Indices, of: Indices, edges: Indices) -> float:
@@ -178,7 +252,6 @@ def join_through(
                 middle=middle + sheets.centre,
                 extents=extents,
                 volume=sum(pieces[i].volume for i in own),
-                triangles=np.unique(np.concatenate([pieces[i].triangles for i in own])),
             )
         )
         wholes.append(hull)
@@ -224,32 +297,28 @@ def make_convex_piece(sheets: Sheets, regions: Regions, part: ConvexPart) -> Cut
             middle + sheets.centre,
             extents,
             0.0,
-            0.0,
             volume,
-            np.unique(sheets.source[rows]),
         )
     areas = np.bincount(label, sheets.areas[rows], minlength=len(regions.normals))
     flat = np.flatnonzero((areas > 0.0) & ~regions.curved)
     flat = flat[np.argsort(-areas[flat], kind="stable")][:DIRECTIONS]
     directions = list(regions.normals[flat])
-    share = float(sheets.areas[rows][curved].sum() / sheets.areas[rows].sum())
-    axis = None
+    ways = np.zeros((0, 3))
     if curved.any():
-        # all that curves about an axis is square to it
+        # what curves about an axis is square to it, and a ring lies across it
         own = sheets.normals[rows][curved]
         weights = sheets.areas[rows][curved]
-        axis = np.linalg.eigh((own * weights[:, None]).T @ own)[1][:, 0]
-        directions += [axis, np.linalg.eigh((own * weights[:, None]).T @ own)[1][:, 2]]
+        ways = np.linalg.eigh((own * weights[:, None]).T @ own)[1].T
+        directions += list(ways)
     extents, axes, middle = find_least_box(hull.points, directions or [np.eye(3)[2]], 0.0)
+    ways = ways if len(ways) else axes
     return CutPiece(
         hull.points + sheets.centre,
         axes,
         middle + sheets.centre,
         extents,
-        share,
-        0.0 if axis is None else measure_section_roundness(hull.points, axis),
+        max(measure_section_roundness(hull.points, each) for each in ways),
         volume,
-        np.unique(sheets.source[rows]),
     )
 
 

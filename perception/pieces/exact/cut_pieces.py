@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 
@@ -19,9 +18,8 @@ class CutPiece:
     """One solid part: the least box round it, and how round it is.
 
     `hull` (n, 3) are the vertices of its convex hull in the mesh's coordinates; `axes` (3, 3) unit
-    rows along its `extents` (3,), the longest first, about its `middle` (3,). `round` is the share
-    of its own surface that is curved, caps being flat; `section_round` how round its section across
-    its axis is, 1 for a circle, 0 for a box. `triangles` (t,) are those of the mesh on its surface.
+    rows, right-handed, along its `extents` (3,), the longest first, about its `middle` (3,).
+    `round` is how round its section across its axis is, 1 for a circle, 0 for a box.
     """
 
     hull: FloatArray
@@ -29,14 +27,13 @@ class CutPiece:
     middle: FloatArray
     extents: FloatArray
     round: float
-    section_round: float
     volume: float
-    triangles: Indices
 
     def __post_init__(self) -> None:
+        right_handed = np.where(np.linalg.det(self.axes) < 0.0, [[1.0], [1.0], [-1.0]], 1.0)
+        object.__setattr__(self, "axes", self.axes * right_handed)
         for name in ("hull", "axes", "middle", "extents"):
             object.__setattr__(self, name, _freeze(np.asarray(getattr(self, name), np.float64)))
-        object.__setattr__(self, "triangles", _freeze(np.asarray(self.triangles, np.intp)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,13 +42,14 @@ class CutPieces:
 
     `contacts` are pairs of pieces that touch, the lower number first. `explained` is the share of
     the enclosed volume that pieces fill; `unexplained` (m, 2, 3) are boxes, low and high corner,
-    round what no piece fills.
+    round what no piece fills, and `left` (m,) how much that is: nothing where the surface is open.
     """
 
     pieces: tuple[CutPiece, ...] = ()
     contacts: tuple[tuple[int, int], ...] = ()
     explained: float = 0.0
     unexplained: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    left: FloatArray = field(default_factory=lambda: np.zeros(0))
     reason: str = ""
 
     def __post_init__(self) -> None:

@@ -6,22 +6,28 @@ boards, bars and blocks along the planes of its own faces, frame by frame (`latt
 `box_cover.py`). What is left counts as unexplained.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.pieces.exact.box_cover import find_boxes
+from facetlog.perception.pieces.exact.cap_sheets import SHALLOW
 from facetlog.perception.pieces.exact.convex_parts import (
     CONVEX,
+    DIRECTIONS,
     ConvexPart,
     Hull,
     find_convex_groups,
+    find_flush_bars,
     find_hull,
+    is_turned,
     join_through,
     make_convex_piece,
+    measure_section_roundness,
 )
 from facetlog.perception.pieces.exact.cut_pieces import CutPiece, CutPieces
+from facetlog.perception.pieces.exact.hollows import fill_hollows
 from facetlog.perception.pieces.exact.lattice import Lattice, cluster_places, make_lattice
 from facetlog.perception.pieces.exact.regions import (
     PLANE_SLACK,
@@ -30,7 +36,15 @@ from facetlog.perception.pieces.exact.regions import (
     find_frame,
     find_regions,
 )
-from facetlog.perception.pieces.exact.sheets import Sheets, close_sheets
+from facetlog.perception.pieces.exact.sheets import (
+    LAYER_SHARE,
+    OpenSheet,
+    Sheets,
+    close_sheets,
+    is_inside,
+)
+from facetlog.perception.pieces.pieces import find_least_box
+from facetlog.perception.pieces.shown_pieces import SLENDER
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray
 
@@ -39,8 +53,19 @@ FRAME_SHARE = 0.02
 MOST_FRAMES = 4
 # A box of cells shows at least this share of its surface; one that shows none is no part.
 SHOWN = 0.05
-# A gap of this share of the thinner piece's thickness is none.
-TOUCH = 0.01
+# A gap of this share of the thinner piece's thickness is none: legs are drawn a little short.
+TOUCH = 0.2
+# A body that cannot be cut is still a piece, of which no more is known, if it fills so much of its
+# hull: a bent leg.
+BENT = 0.5
+# Of an open bar or board most of the sides are there: of a square bar three of four.
+MOST_SIDES = 0.6
+# Triangles times planes that are compared.
+MOST_COMPARED = 1_000_000
+# Sides of a board lie along each other to this cosine, half a degree, and are alike in extent but
+# for this share.
+EVEN = np.cos(np.radians(0.5))
+SAME_SIDE = 0.05
 _CORNERS = np.array(list(np.ndindex(2, 2, 2)))
 
 
@@ -53,214 +78,295 @@ class _Found:
     body: list[int] = field(default_factory=list)
     explained: float = 0.0
     left: list[FloatArray] = field(default_factory=list)
+    left_volumes: list[float] = field(default_factory=list)
+    open_area: float = 0.0
 
 
-def find_solid_pieces(points: FloatArray, triangles: Indices, *, step: float = 0.0) -> CutPieces:
-    """Return the solid pieces of a mesh of points (n, 3), rounded to multiples of `step`.
+def find_solid_pieces(
+    points: FloatArray, triangles: Indices, *, step: float = 0.0, up: FloatArray | None = None
+) -> CutPieces:
+    """Return the solid pieces of a mesh of points (n, 3), rounded to multiples of `step`, which
+    stands on the ground, if it is known where `up` (3,) is.
 
     False, with the reason, where the mesh is open or encloses nothing.
     """
-    sheets = close_sheets(
-        np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64), step
+    given = close_sheets(
+        np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64), step, up
     )
-    if isinstance(sheets, str):
-        return CutPieces(reason=sheets)
-    regions = find_regions(sheets)
+    if isinstance(given, str):
+        return CutPieces(reason=given)
+    regions = find_regions(given)
+    sheets = fill_hollows(given, regions)
+    if sheets is not given:
+        regions = find_regions(sheets)
     found = _Found()
     pair_body = sheets.body[sheets.pairs[:, 0]]
     pairs = {int(pair_body[own[0]]): own for own in iter_groups(pair_body)}
     for rows in iter_groups(sheets.body):
         body = int(sheets.body[rows[0]])
-        _cut_body(sheets, regions, rows, pairs[body], found)
-    return _assemble(sheets, found)
+        _BodyCut(sheets, regions, rows, pairs[body]).add_to(found)
+    _add_layers(sheets, _add_bars(sheets, found), found)
+    return _assemble(sheets, given, found)
 
 
-def _cut_body(
-    sheets: Sheets, regions: Regions, rows: Indices, pairs: Indices, found: _Found
-) -> None:
-    body = int(sheets.body[rows[0]])
-    whole = float(sheets.volumes[body])
-    first = len(found.pieces)
-    explained = 0.0
-
-    def add(part: ConvexPart) -> None:
-        nonlocal explained
-        found.pieces.append(make_convex_piece(sheets, regions, part))
-        found.hulls.append(part.hull)
-        explained += part.volume
-
-    hull = find_hull(sheets.points[np.unique(sheets.triangles[rows])])
-    if hull is None:
-        return
-    if not regions.concave[pairs].any() and whole >= CONVEX * hull.volume:
-        add(ConvexPart(rows, hull, whole))
-    else:
-        boxes = _cut_apart(sheets, regions, rows, pairs, found, add)
-        explained += boxes
-        found.pieces[first:], found.hulls[first:] = join_through(
-            sheets, rows, found.pieces[first:], found.hulls[first:]
-        )
-        if len(found.pieces) == first and whole >= CONVEX * hull.volume:
-            add(ConvexPart(rows, hull, whole))
-    found.body += [body] * (len(found.pieces) - first)
-    found.explained += min(explained, whole)
-    if explained < (1.0 - FRAME_SHARE) * whole:
-        found.left.append(_find_unexplained(sheets, rows, found.hulls[first:]))
-
-
-def _find_unexplained(sheets: Sheets, rows: Indices, hulls: list[Hull]) -> FloatArray:
-    """Return the box (2, 3) round the triangles that are on no piece, of all if there are none."""
-    middles = sheets.corners[rows].mean(axis=1)
-    free = np.ones(len(rows), dtype=np.bool_)
-    for hull in hulls:
-        free &= ~hull.contains(middles, PLANE_SLACK * sheets.slack)
-    own = sheets.corners[rows[free] if free.any() else rows].reshape(-1, 3) + sheets.centre
-    return np.stack([own.min(axis=0), own.max(axis=0)])
-
-
-def _cut_apart(
-    sheets: Sheets,
-    regions: Regions,
-    rows: Indices,
-    pairs: Indices,
-    found: _Found,
-    add: Callable[[ConvexPart], None],
-) -> float:
-    """Cut a body that is not convex; return the volume of the boxes found."""
-    label = regions.label[rows]
-    flat = np.unique(label[~regions.curved[label]])
-    frame = find_frame(regions.normals[flat], regions.areas[flat])
-    along = np.full(len(regions.normals), -1)
-    if frame is not None:
-        along[flat] = find_along(frame, regions.normals[flat])
-    peeled = np.zeros(len(rows), dtype=np.bool_)
-    hulls: list[Hull] = []
-    place = np.zeros(len(sheets.triangles), dtype=np.int64)
-    place[rows] = np.arange(len(rows))
-    groups = [
-        group
-        for group in find_convex_groups(sheets, regions, rows, pairs)
-        if (along[regions.label[group.rows]] < 0).any()
-    ]
-    for group in groups:
-        add(group)
-        hulls.append(group.hull)
-        peeled[place[group.rows]] = True
-    explained = 0.0
-    left = ~peeled & ~regions.curved[label]
-    usable = left.copy()
-    for _ in range(MOST_FRAMES):
-        if frame is None or not left.any():
-            break
-        own = usable & (along[label] >= 0)
-        explained += _cut_in_frame(sheets, regions, rows, own, pairs, frame, along, hulls, found)
-        left &= ~own
-        if sheets.areas[rows[left]].sum() < FRAME_SHARE * sheets.areas[rows].sum():
-            break
-        # led by what is left; what was used may lie along it, too: the sides of a sloping back
-        leading = np.zeros(len(regions.areas))
-        leading[np.unique(label[left])] = regions.areas[np.unique(label[left])]
-        frame = find_frame(regions.normals[flat], regions.areas[flat], leading[flat])
-        along[:] = -1
-        if frame is not None:
-            along[flat] = find_along(frame, regions.normals[flat])
-    return explained
-
-
-def _cut_in_frame(
-    sheets: Sheets,
-    regions: Regions,
-    rows: Indices,
-    level: Bools,
-    pairs: Indices,
-    frame: FloatArray,
-    along: Indices,
-    hulls: list[Hull],
-    found: _Found,
-) -> float:
-    """Add the boxes of a body in a frame, along which the triangles `level` (m,) lie; return their
-    volume. What lies in the hulls is taken; the boxes found join them.
+def _add_bars(sheets: Sheets, found: _Found) -> list[FloatArray]:
+    """Add bars and boards of which hidden sides are missing; return the layers of other open
+    sheets, of which what is in no layer stays open.
     """
-    slack = PLANE_SLACK * sheets.slack
-    corners = sheets.corners[rows] @ frame.T
-    places = _find_places(sheets, regions, rows, level, pairs, frame, along, corners)
-    lattice = make_lattice(frame, places, corners, corners[~level], slack)
-    if lattice is None:
-        return 0.0
-    free = lattice.solid & ~lattice.mixed
-    middles = lattice.middles[free] @ frame
-    taken = np.zeros(len(middles), dtype=np.bool_)
-    for hull in hulls:
-        taken |= hull.contains(middles, 0.0)
-    free[free] = ~taken
-    if not free.any():
-        return 0.0
-    parts = find_boxes(lattice, free)
-    if parts is None:
-        return 0.0
-    volumes, owned = lattice.volumes, np.zeros(free.shape, dtype=np.bool_)
-    explained = 0.0
-    for own in iter_groups(parts.plate):
-        boxes = parts.boxes[own]
-        if not any(_shows(box, lattice) for box in boxes):
+    layers = []
+    for loose in sheets.loose:
+        large = len(loose.layers) != 1 and loose.area > LAYER_SHARE * sheets.surface
+        hull = find_hull(loose.corners.reshape(-1, 3)) if large else None
+        box = None if hull is None else _find_bar(loose, hull)
+        if hull is None or box is None:
+            layers += loose.layers
+            if loose.bare > 0.0:
+                found.open_area += loose.bare
+                spots = loose.corners.reshape(-1, 3) + sheets.centre
+                found.left.append(np.stack([spots.min(axis=0), spots.max(axis=0)]))
+                found.left_volumes.append(0.0)
             continue
-        filled = 0.0
-        for low, high in boxes:
-            cells = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
-            filled += float(volumes[cells][~owned[cells] & free[cells]].sum())
-            owned[cells] = True
-        piece, hull = _make_box_piece(sheets, rows[level], lattice, boxes, filled)
-        if piece.extents.min() <= slack:
-            continue
-        explained += filled
-        found.pieces.append(piece)
+        extents, axes, middle = box
+        round_ = max(measure_section_roundness(hull.points, axis) for axis in axes)
+        place = (hull.points + sheets.centre, axes, middle + sheets.centre, extents)
+        found.pieces.append(CutPiece(*place, round_, hull.volume))
         found.hulls.append(hull)
-        hulls.append(hull)
-    return explained
+        found.body.append(-1 - len(found.body))
+    return layers
 
 
-def _find_places(
-    sheets: Sheets,
-    regions: Regions,
-    rows: Indices,
-    level: Bools,
-    pairs: Indices,
-    frame: FloatArray,
-    along: Indices,
-    corners: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the places along each axis: of the faces along it, and of where others begin and end.
+def _find_bar(loose: OpenSheet, hull: Hull) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Return extents, axes and middle of an open sheet that is most of a bar or a board."""
+    if loose.area < MOST_SIDES * hull.area or len(loose.corners) * len(hull.planes) > MOST_COMPARED:
+        return None
+    sides = loose.corners[:, 1:] - loose.corners[:, :1]
+    normals = np.cross(sides[:, 0], sides[:, 1])
+    double = np.linalg.norm(normals, axis=1)
+    off = (loose.corners.mean(axis=1) @ hull.planes[:, :3].T + hull.planes[:, 3]).max(axis=1)
+    largest = np.argsort(-double, kind="stable")[:DIRECTIONS]
+    box = find_least_box(hull.points, list(normals[largest] / double[largest, None]), 0.0)
+    length, width, thickness = box[0]
+    even = off.min() > -SAME_SIDE * thickness
+    bar = width < SLENDER * length or thickness < SHALLOW * np.sqrt(length * width)
+    return box if even and bar else None
 
-    Others are taken patch by patch, and where a patch meets faces along the frame, seam by seam.
+
+def _add_layers(sheets: Sheets, flat: list[FloatArray], found: _Found) -> None:
+    """Add boards of layers: two that are the sides of a board without edges are one; others are as
+    thick as places are known, so that they have a hull.
     """
-    own = np.unique(regions.label[rows[level]])
-    is_level = np.zeros(len(sheets.triangles), dtype=np.bool_)
-    is_level[rows[level]] = True
-    patches = [corners.reshape(-1, 3)]
-    slanted = ~is_level[sheets.pairs[pairs]]
-    number = np.zeros(len(sheets.triangles), dtype=np.int64)
-    number[rows] = np.arange(len(rows))
-    _, patch = joined(len(rows), number[sheets.pairs[pairs[slanted.all(axis=1)]]])
-    rest = np.flatnonzero(~level)
-    patches += [corners[rest[local]].reshape(-1, 3) for local in iter_groups(patch[rest])]
-    seams = sheets.edges[pairs[slanted[:, 0] != slanted[:, 1]]]
-    if len(seams):
-        used, ends = np.unique(seams, return_inverse=True)
-        _, loop = joined(len(used), ends.reshape(-1, 2))
-        turned = sheets.points[used] @ frame.T
-        patches += [turned[local] for local in iter_groups(loop)]
-    ends = np.concatenate([[each.min(axis=0), each.max(axis=0)] for each in patches])
-    found = []
-    for axis in range(3):
-        faces = own[along[own] == axis]
-        signs = np.sign(regions.normals[faces] @ frame[axis])
-        # where faces are, others do not count
-        values = np.concatenate([regions.offsets[faces] * signs, ends[:, axis]])
-        weights = np.concatenate(
-            [regions.areas[faces], np.full(len(ends), 1e-6 * float(regions.areas.min()))]
-        )
-        found.append(cluster_places(values, weights, PLANE_SLACK * sheets.slack))
-    return found[0], found[1], found[2]
+    layers = []
+    for corners in flat:
+        centred = corners - corners.mean(axis=0)
+        normal = np.linalg.svd(centred, full_matrices=False)[2][2]
+        layers.append((corners - (centred @ normal)[:, None] * normal, normal))
+    number = np.arange(len(layers))
+    normals = np.array([normal for _, normal in layers]).reshape(-1, 3)
+    for one, two in np.argwhere(np.triu(np.abs(normals @ normals.T) > EVEN, 1)).tolist():
+        one_side, two_side = layers[one][0], layers[two][0]
+        if (number[[one, two]] == (one, two)).all() and _is_board(one_side, two_side, normals[one]):
+            number[two] = one
+    for own in iter_groups(number):
+        normal = normals[own[0]]
+        points = np.concatenate([layers[i][0] for i in own])
+        if len(own) == 1:
+            half = PLANE_SLACK * sheets.slack * normal
+            points = np.concatenate([points - half, points + half])
+        hull = find_hull(points)
+        if hull is None:
+            continue
+        extents, axes, middle = find_least_box(hull.points, [normal], 0.0)
+        round_ = measure_section_roundness(hull.points, normal)
+        place = (hull.points + sheets.centre, axes, middle + sheets.centre, extents)
+        found.pieces.append(CutPiece(*place, round_, hull.volume))
+        found.hulls.append(hull)
+        found.body.append(-1 - len(found.body))
+
+
+def _is_board(one: FloatArray, two: FloatArray, normal: FloatArray) -> bool:
+    """Return whether two level layers of points (n, 3), (m, 3) are sides of a board."""
+    across = make_plane_axes(normal, np.eye(3)[np.abs(normal).argmin()])
+    sizes = [np.ptp(side @ across.T, axis=0) for side in (one, two)]
+    both = np.ptp(np.concatenate([one, two]) @ across.T, axis=0)
+    apart = abs(float((one[0] - two[0]) @ normal))
+    same = (both * (1.0 - SAME_SIDE) <= np.minimum(*sizes)).all()
+    return bool(same and apart < SHALLOW * float(np.sqrt(both.prod())))
+
+
+@dataclass(eq=False, slots=True)
+class _BodyCut:
+    """The cutting of a body: its triangles `rows` (m,) and pairs (k,), the pieces found and their
+    hulls, and the volume that they explain.
+    """
+
+    sheets: Sheets
+    regions: Regions
+    rows: Indices
+    pairs: Indices
+    pieces: list[CutPiece] = field(default_factory=list)
+    hulls: list[Hull] = field(default_factory=list)
+    explained: float = 0.0
+
+    def add_to(self, found: _Found) -> None:
+        """Cut the body, and add its pieces to what was found."""
+        sheets, rows = self.sheets, self.rows
+        body = int(sheets.body[rows[0]])
+        whole = float(sheets.volumes[body])
+        hull = find_hull(sheets.points[np.unique(sheets.triangles[rows])])
+        if hull is None:
+            return
+        convex = whole >= CONVEX * hull.volume
+        if not convex or self.regions.concave[self.pairs].any():
+            self._cut_apart()
+            self.pieces, self.hulls = join_through(sheets, rows, self.pieces, self.hulls)
+        if not self.pieces and (convex or is_turned(sheets, rows, hull)):
+            self._add_part(ConvexPart(rows, hull, whole))
+        if not self.pieces and whole > BENT * hull.volume:
+            self._add_part(ConvexPart(rows, hull, whole))
+            self.explained = 0.0
+        found.pieces += self.pieces
+        found.hulls += self.hulls
+        found.body += [body] * len(self.pieces)
+        found.explained += min(self.explained, whole)
+        if self.explained < (1.0 - FRAME_SHARE) * whole:
+            found.left.append(self._find_unexplained())
+            found.left_volumes.append(whole - self.explained)
+
+    def _add_part(self, part: ConvexPart) -> None:
+        self.pieces.append(make_convex_piece(self.sheets, self.regions, part))
+        self.hulls.append(part.hull)
+        self.explained += part.volume
+
+    def _find_unexplained(self) -> FloatArray:
+        """Return the box (2, 3) round the triangles that are on no piece, of all if there are
+        none.
+        """
+        corners = self.sheets.corners[self.rows]
+        free = np.ones(len(corners), dtype=np.bool_)
+        for hull in self.hulls if self.explained else ():
+            free &= ~hull.contains(corners.mean(axis=1), PLANE_SLACK * self.sheets.slack)
+        own = corners[free if free.any() else slice(None)].reshape(-1, 3) + self.sheets.centre
+        return np.stack([own.min(axis=0), own.max(axis=0)])
+
+    def _cut_apart(self) -> None:
+        """Cut a body that is not convex."""
+        sheets, regions, rows = self.sheets, self.regions, self.rows
+        label = regions.label[rows]
+        flat = np.unique(label[~regions.curved[label]])
+        frame, along = self._find_frame(flat)
+        peeled = np.zeros(len(sheets.triangles), dtype=np.bool_)
+        parts = [
+            part
+            for part in find_convex_groups(sheets, regions, rows, self.pairs)
+            if (along[regions.label[part.rows]] < 0).any()
+        ]
+        for part in parts:
+            peeled[part.rows] = True
+        parts += find_flush_bars(sheets, regions, rows[regions.curved[label] & ~peeled[rows]])
+        for part in parts:
+            self._add_part(part)
+        usable = ~peeled[rows] & ~regions.curved[label]
+        left = usable.copy()
+        for _ in range(MOST_FRAMES):
+            if frame is None or not left.any():
+                break
+            own = usable & (along[label] >= 0)
+            self._cut_in_frame(own, frame, along)
+            left &= ~own
+            if sheets.areas[rows[left]].sum() < FRAME_SHARE * sheets.areas[rows].sum():
+                break
+            # led by what is left; what was used may lie along it, too: the sides of a sloping back
+            frame, along = self._find_frame(flat, np.unique(label[left]))
+
+    def _find_frame(
+        self, flat: Indices, leading: Indices | None = None
+    ) -> tuple[FloatArray | None, Indices]:
+        """Return the frame of flat regions, led by some or by all, and along which of its axes each
+        region lies.
+        """
+        normals, areas = self.regions.normals, self.regions.areas
+        lead = np.isin(flat, flat if leading is None else leading)
+        frame = find_frame(normals[flat], areas[flat], np.where(lead, areas[flat], 0.0))
+        along = np.full(len(normals), -1)
+        if frame is not None:
+            along[flat] = find_along(frame, normals[flat])
+        return frame, along
+
+    def _cut_in_frame(self, level: Bools, frame: FloatArray, along: Indices) -> None:
+        """Add the boxes of a body in a frame, along which the triangles `level` (m,) lie; what lies
+        in hulls of pieces is taken.
+        """
+        sheets, rows = self.sheets, self.rows
+        slack = PLANE_SLACK * sheets.slack
+        corners = sheets.corners[rows] @ frame.T
+        places = self._find_places(level, frame, along, corners)
+        lattice = make_lattice(frame, places, corners, corners[~level], slack)
+        if lattice is None:
+            return
+        free = lattice.solid & ~lattice.mixed
+        middles = lattice.middles[free] @ frame
+        taken = np.zeros(len(middles), dtype=np.bool_)
+        for hull in self.hulls:
+            taken |= hull.contains(middles, 0.0)
+        free[free] = ~taken
+        parts = find_boxes(lattice, free) if free.any() else None
+        if parts is None:
+            return
+        volumes, owned = lattice.volumes, np.zeros(free.shape, dtype=np.bool_)
+        for own in iter_groups(parts.plate):
+            boxes = parts.boxes[own]
+            if not any(_shows(box, lattice) for box in boxes):
+                continue
+            filled = 0.0
+            for low, high in boxes:
+                cells = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+                filled += float(volumes[cells][~owned[cells] & free[cells]].sum())
+                owned[cells] = True
+            piece, hull = _make_box_piece(sheets, lattice, boxes, filled)
+            if piece.extents.min() <= slack:
+                continue
+            self.explained += filled
+            self.pieces.append(piece)
+            self.hulls.append(hull)
+
+    def _find_places(
+        self, level: Bools, frame: FloatArray, along: Indices, corners: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the places along each axis: of the faces along it, and of where others begin and
+        end.
+
+        Others are taken patch by patch, and where a patch meets faces along the frame, seam by
+        seam.
+        """
+        sheets, regions, rows, pairs = self.sheets, self.regions, self.rows, self.pairs
+        own = np.unique(regions.label[rows[level]])
+        is_level = np.zeros(len(sheets.triangles), dtype=np.bool_)
+        is_level[rows[level]] = True
+        patches = [corners.reshape(-1, 3)]
+        slanted = ~is_level[sheets.pairs[pairs]]
+        number = np.zeros(len(sheets.triangles), dtype=np.int64)
+        number[rows] = np.arange(len(rows))
+        _, patch = joined(len(rows), number[sheets.pairs[pairs[slanted.all(axis=1)]]])
+        rest = np.flatnonzero(~level)
+        patches += [corners[rest[local]].reshape(-1, 3) for local in iter_groups(patch[rest])]
+        seams = sheets.edges[pairs[slanted[:, 0] != slanted[:, 1]]]
+        if len(seams):
+            used, ends = np.unique(seams, return_inverse=True)
+            _, loop = joined(len(used), ends.reshape(-1, 2))
+            turned = sheets.points[used] @ frame.T
+            patches += [turned[local] for local in iter_groups(loop)]
+        ends = np.concatenate([[each.min(axis=0), each.max(axis=0)] for each in patches])
+        found = []
+        for axis in range(3):
+            faces = own[along[own] == axis]
+            signs = np.sign(regions.normals[faces] @ frame[axis])
+            # where faces are, others do not count
+            values = np.concatenate([regions.offsets[faces] * signs, ends[:, axis]])
+            weights = np.concatenate(
+                [regions.areas[faces], np.full(len(ends), 1e-6 * float(regions.areas.min()))]
+            )
+            found.append(cluster_places(values, weights, PLANE_SLACK * sheets.slack))
+        return found[0], found[1], found[2]
 
 
 def _shows(box: Indices, lattice: Lattice) -> bool:
@@ -280,7 +386,7 @@ def _shows(box: Indices, lattice: Lattice) -> bool:
 
 
 def _make_box_piece(
-    sheets: Sheets, rows: Indices, lattice: Lattice, boxes: Indices, volume: float
+    sheets: Sheets, lattice: Lattice, boxes: Indices, volume: float
 ) -> tuple[CutPiece, Hull]:
     bounds = lattice.bounds(boxes)
     frame = lattice.frame
@@ -296,44 +402,31 @@ def _make_box_piece(
         0.5 * (low + high) @ frame + sheets.centre,
         (high - low)[order],
         0.0,
-        0.0,
         volume,
-        np.unique(sheets.source[rows[_find_on_boxes(sheets, rows, bounds, frame)]]),
     )
     return piece, hull
 
 
-def _find_on_boxes(sheets: Sheets, rows: Indices, bounds: FloatArray, frame: FloatArray) -> Bools:
-    """Return which triangles (m,) along the frame lie on sides of boxes (n, 2, 3)."""
-    slack = PLANE_SLACK * sheets.slack
-    corners = sheets.corners[rows] @ frame.T
-    lowest, highest = corners.min(axis=1), corners.max(axis=1)
-    axis = np.ptp(corners, axis=1).argmin(axis=1)
-    each = np.arange(len(rows))
-    at = corners.mean(axis=1)[each, axis]
-    on = np.zeros(len(rows), dtype=np.bool_)
-    for low, high in bounds:
-        beside = np.minimum(np.abs(at - low[axis]), np.abs(at - high[axis])) <= slack
-        overlap = np.minimum(highest, high) - np.maximum(lowest, low) > slack
-        overlap[each, axis] = True
-        on |= beside & overlap.all(axis=1)
-    return on
-
-
-def _assemble(sheets: Sheets, found: _Found) -> CutPieces:
-    """Return the pieces, the largest first, without those that lie inside others."""
-    kept = _drop_inner(sheets, found)
+def _assemble(sheets: Sheets, given: Sheets, found: _Found) -> CutPieces:
+    """Return the pieces, the largest first, without those that lie inside others; `given` are the
+    sheets before their holes were filled.
+    """
+    kept = _drop_inner(sheets, given, found)
     order = sorted(kept, key=lambda i: _rank(found.pieces[i], sheets.size))
     pieces = tuple(found.pieces[i] for i in order)
-    left = np.concatenate([np.array(found.left).reshape(-1, 2, 3), sheets.open_boxes])
+    left = np.array(found.left).reshape(-1, 2, 3)
     total = float(sheets.volumes.sum())
     # what is open encloses nothing: it counts by its share of the surface
-    closed = 1.0 - sheets.open_share
-    explained = closed * min(1.0, found.explained / total) if total > 0.0 else 0.0
-    hulls = [found.hulls[i].coarsen() for i in order]
-    contacts = _find_contacts(pieces, hulls, sheets)
-    reason = "" if pieces else "the solid is neither convex nor made of flat or round parts"
-    return CutPieces(pieces, contacts, explained if pieces else 0.0, left, reason)
+    closed = 1.0 - found.open_area / sheets.surface
+    explained = closed * (min(1.0, found.explained / total) if total > 0.0 else 1.0)
+    contacts = _find_contacts(sheets, given, found, order)
+    reason = ""
+    if not pieces:
+        reason = "the solid is neither convex nor made of flat or round parts"
+        if closed < 1.0:
+            reason = f"{1.0 - closed:.0%} of the surface is open: it bounds no solid"
+    volumes = np.array(found.left_volumes)
+    return CutPieces(pieces, contacts, explained if pieces else 0.0, left, volumes, reason)
 
 
 def _rank(piece: CutPiece, size: float) -> tuple[float, ...]:
@@ -341,11 +434,13 @@ def _rank(piece: CutPiece, size: float) -> tuple[float, ...]:
     return (volume, *np.round(piece.middle / size, 6).tolist())
 
 
-def _drop_inner(sheets: Sheets, found: _Found) -> list[int]:
-    """Return the pieces that do not lie inside one of another body: those are drawn twice."""
+def _drop_inner(sheets: Sheets, given: Sheets, found: _Found) -> list[int]:
+    """Return the pieces that do not lie inside one of another body: those are drawn twice. What is
+    in the hole of a pipe is not inside it.
+    """
     kept: list[int] = []
     volumes = [piece.volume for piece in found.pieces]
-    slack = PLANE_SLACK * sheets.slack
+    slack = 2.0 * PLANE_SLACK * sheets.slack  # as much as layers are thick
     for number in sorted(range(len(volumes)), key=lambda i: -volumes[i]):
         points = found.hulls[number].points
         low, high = points.min(axis=0), points.max(axis=0)
@@ -357,7 +452,10 @@ def _drop_inner(sheets: Sheets, found: _Found) -> list[int]:
             if (outer.min(axis=0) <= low + slack).all() and (
                 outer.max(axis=0) >= high - slack
             ).all():
+                body = given.corners[given.body == found.body[other]]
                 inner = bool(found.hulls[other].coarsen().contains(points, slack).all())
+                # a layer on the surface of a piece is part of it
+                inner = inner and (found.body[number] < 0 or is_inside(points.mean(axis=0), body))
                 if inner:
                     break
         if not inner:
@@ -366,21 +464,31 @@ def _drop_inner(sheets: Sheets, found: _Found) -> list[int]:
 
 
 def _find_contacts(
-    pieces: tuple[CutPiece, ...], hulls: list[Hull], sheets: Sheets
+    sheets: Sheets, given: Sheets, found: _Found, order: list[int]
 ) -> tuple[tuple[int, int], ...]:
-    """Return the pairs of pieces between which no plane of either leaves a gap."""
-    found = []
+    """Return the pairs of pieces, in this order, between which no plane of either leaves a gap; of
+    what has holes, none of its triangles in the `given` sheets.
+    """
+    joins = []
+    hulls = [found.hulls[i].coarsen() for i in order]
     low = np.array([hull.points.min(axis=0) for hull in hulls]).reshape(-1, 3)
     high = np.array([hull.points.max(axis=0) for hull in hulls]).reshape(-1, 3)
-    near = TOUCH * np.array([float(piece.extents.min()) for piece in pieces])
+    near = TOUCH * np.array([float(found.pieces[i].extents.min()) for i in order])
     near = np.minimum(near[:, None], near) + PLANE_SLACK * sheets.slack
     close = (low[:, None] <= high + near[..., None]) & (low <= high[:, None] + near[..., None])
+    bored = set(np.flatnonzero(given.volumes < (1.0 - 1e-9) * sheets.volumes).tolist())
+    hollow = [
+        found.body[i] in bored or found.pieces[i].volume < CONVEX * found.hulls[i].volume
+        for i in order
+    ]
     for one, two in np.argwhere(np.triu(close.all(axis=2), 1)).tolist():
-        a, b = hulls[one], hulls[two]
-        gaps = [
-            (b.points @ a.planes[:, :3].T + a.planes[:, 3]).min(axis=0).max(),
-            (a.points @ b.planes[:, :3].T + b.planes[:, 3]).min(axis=0).max(),
-        ]
+        gaps = []
+        for a, b in ((one, two), (two, one)):
+            corners = hulls[b].points[None]
+            if hollow[b] and found.body[order[a]] != found.body[order[b]]:
+                corners = given.corners[given.body == found.body[order[b]]]
+            away = corners @ hulls[a].planes[:, :3].T + hulls[a].planes[:, 3]
+            gaps.append(away.min(axis=1).max(axis=1).min())
         if max(gaps) <= near[one, two]:
-            found.append((one, two))
-    return tuple(found)
+            joins.append((one, two))
+    return tuple(joins)

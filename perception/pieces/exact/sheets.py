@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.pieces.exact.cap_sheets import find_caps
-from facetlog.perception.ragged import Bools, Indices, joined, sum_by_group
+from facetlog.perception.ragged import Bools, Indices, iter_groups, joined, sum_by_group
 from facetlog.perception.types import FloatArray
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
@@ -25,27 +25,43 @@ SLIVER = 2.0
 ROUNDS = 6
 # Open edges times their ends that are compared, some tenth of a second.
 MOST_COMPARED = 10_000_000
-# A mesh of which more than this share of the surface is open is no solid.
-OPEN_SHARE = 0.1
+# A layer without thickness is a board from this share of the surface on.
+LAYER_SHARE = 0.002
+# Its triangles turn less, as facets of what is flat do where exporters round the corners.
+LAYER_DEG = 0.5
+# Of a flat sheet no more than this share is not flat: edges that were rounded.
+ROUNDED = 0.1
+# They lie in one plane but for this share of their extent.
+LAYER_FLAT = 1e-3
 # A sheet with less volume than this share of its area times size encloses nothing.
 LEAST_VOLUME = 1e-6
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class OpenSheet:
+    """A sheet that encloses nothing: its triangles (t, 3, 3), corners (c, 3) of its flat parts, its
+    area, and how much of that is in no flat part.
+    """
+
+    corners: FloatArray
+    layers: list[FloatArray]
+    area: float
+    bare: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sheets:
     """Triangles (m, 3) of points (n, 3) about `centre`, their normals and areas.
 
-    `source` (m,) are the triangles of the mesh that they are of; `body` (m,) numbers the closed
-    bodies, each with its cavities. `pairs` (k, 2) are triangles that share an edge and `edges`
-    (k, 2) its ends. Points within `slack` are one. `volumes` are the bodies'. Of the surface
-    `open_share` is open, in boxes (n, 2, 3) in the mesh's own coordinates.
+    `body` (m,) numbers the closed bodies, each with its cavities. `pairs` (k, 2) are triangles that
+    share an edge and `edges` (k, 2) its ends. Points within `slack` are one. `volumes` are the
+    bodies'. `loose` are the sheets that enclose nothing; `surface` is the area of all.
     """
 
     points: FloatArray
     triangles: Indices
     normals: FloatArray
     areas: FloatArray
-    source: Indices
     body: Indices
     pairs: Indices
     edges: Indices
@@ -53,8 +69,8 @@ class Sheets:
     size: float
     slack: float
     volumes: FloatArray
-    open_share: float
-    open_boxes: FloatArray
+    loose: list[OpenSheet]
+    surface: float
 
     @property
     def corners(self) -> FloatArray:
@@ -62,9 +78,12 @@ class Sheets:
         return self.points[self.triangles]
 
 
-def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> Sheets | str:
-    """Return the closed sheets of a mesh of points (n, 3), rounded to multiples of `step`, or the
-    reason why it has none.
+def close_sheets(
+    points: FloatArray, triangles: Indices, step: float = 0.0, up: FloatArray | None = None
+) -> Sheets | str:
+    """Return the closed sheets of a mesh of points (n, 3), rounded to multiples of `step`, and its
+    flat layers, or the reason why it has neither. What stands open on the ground is closed there,
+    if it is known where `up` (3,) is.
     """
     if not len(triangles):
         return "the mesh has no triangles"
@@ -88,7 +107,9 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     one, two = _pair_half_edges(points, triangles, part[source])
     links, (starts, ends) = np.column_stack([one // 3, two // 3]), _list_half_edges(triangles)
     sheet, flip, twisted = _wind(len(triangles), links, starts[one] == starts[two])
-    caps, capped = _cap_sheets(points, triangles, sheet, np.concatenate([one, two]), flip, slack)
+    caps, capped = _cap_sheets(
+        points, triangles, sheet, np.concatenate([one, two]), flip, slack, up
+    )
     if len(caps):
         triangles, source = np.concatenate([triangles, caps]), np.append(source, source[capped])
         one, two = _pair_half_edges(points, triangles, part[source])
@@ -101,15 +122,14 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
     paired[one] = paired[two] = True
     open_sheet = np.bincount(np.repeat(sheet, 3)[~paired], minlength=count) > 0
     open_sheet |= np.bincount(sheet[twisted], minlength=count) > 0
-    normals, areas = _measure(points, triangles)
+    normals, areas = measure_triangles(points, triangles)
     normals = _turn_slivers(points, as_given, normals, np.column_stack([one, two]), slack)
     area = sum_by_group(sheet, areas, count)
-    if area[open_sheet].sum() > OPEN_SHARE * area.sum():
-        share = float(area[open_sheet].sum() / area.sum())
-        return f"{share:.0%} of the surface is open: it bounds no solid"
     volumes = sum_by_group(sheet, _signed_volumes(points[triangles]), count)
     kept_sheet = ~open_sheet & (np.abs(volumes) > LEAST_VOLUME * size * area)
-    if not kept_sheet.any():
+    flat, bare = _find_layers(points[triangles], normals, areas, links, ~kept_sheet[sheet], sheet)
+    loose = _list_open_sheets(points[triangles], sheet, areas, kept_sheet, flat, bare)
+    if not kept_sheet.any() and not loose:
         return "the mesh encloses no volume"
     body, turned = _find_bodies(points, triangles, sheet, volumes, kept_sheet)
     flip = turned[sheet]
@@ -125,16 +145,15 @@ def close_sheets(points: FloatArray, triangles: Indices, step: float = 0.0) -> S
         triangles[kept],
         normals[kept],
         areas[kept],
-        source[kept],
         bodies,
         number[links[inner]],
         np.column_stack([starts[one], ends[one]])[inner],
         centre,
         size,
         slack,
-        sum_by_group(body[kept_sheet], made[kept_sheet], int(bodies.max()) + 1),
-        float(area[open_sheet].sum() / area.sum()),
-        _find_boxes(points[triangles] + centre, sheet, np.flatnonzero(open_sheet)),
+        sum_by_group(body[kept_sheet], made[kept_sheet], int(bodies.max(initial=-1)) + 1),
+        loose,
+        float(area.sum()),
     )
 
 
@@ -150,6 +169,7 @@ def _cap_sheets(
     paired: Indices,
     flip: Bools,
     slack: float,
+    up: FloatArray | None,
 ) -> tuple[Indices, Indices]:
     """Return the caps of open sheets, and a triangle of the sheet of each; half edges `paired`
     have a neighbour, triangles to `flip` are wound against the others of their sheet.
@@ -162,18 +182,70 @@ def _cap_sheets(
     sides = is_open.reshape(-1, 3)
     turned = np.where(flip[:, None], triangles[:, ::-1], triangles)
     sides = np.where(flip[:, None], sides[:, [1, 0, 2]], sides)
-    return find_caps(points, turned, sheet, sides, slack)
+    return find_caps(points, turned, sheet, sides, slack, up)
 
 
-def _find_boxes(corners: FloatArray, sheet: Indices, chosen: Indices) -> FloatArray:
-    """Return the boxes (n, 2, 3) round chosen sheets of triangles (m, 3, 3)."""
-    low, high = (
-        np.full((int(sheet.max()) + 1, 3), np.inf),
-        np.full((int(sheet.max()) + 1, 3), -np.inf),
-    )
-    np.minimum.at(low, sheet, corners.min(axis=1))
-    np.maximum.at(high, sheet, corners.max(axis=1))
-    return np.stack([low, high], axis=1)[chosen]
+def _find_layers(
+    corners: FloatArray,
+    normals: FloatArray,
+    areas: FloatArray,
+    links: Indices,
+    loose: Bools,
+    sheet: Indices,
+) -> tuple[list[Indices], Bools]:
+    """Return the triangles of `loose` (m,) sheets that are flat but for edges that were rounded,
+    each once, though it may be there with both windings; and which triangles are loose and in
+    none. What is folded may enclose a space: it stays open.
+    """
+    bare = loose & (areas > 0.0)
+    if not loose.any():
+        return [], bare
+    one, two = links.T
+    alike = (normals[one] * normals[two]).sum(axis=1) > np.cos(np.radians(LAYER_DEG))
+    label = joined(len(corners), links[alike & loose[one]])[1]
+    loose = loose & (np.bincount(label, areas)[label] > LAYER_SHARE * areas.sum())
+    found: dict[tuple[float, ...], Indices] = {}
+    for rows in iter_groups(np.where(loose, label, -1)):
+        if loose[rows[0]]:
+            ends = [corners[rows].min(axis=(0, 1)), corners[rows].max(axis=(0, 1))]
+            size = float(np.linalg.norm(ends[1] - ends[0]))
+            away = (corners[rows] - corners[rows[0], 0]) @ normals[rows[areas[rows].argmax()]]
+            if np.abs(away).max() < LAYER_FLAT * size:
+                place = np.round(np.concatenate(ends) / (LAYER_FLAT * size)).tolist()
+                found[tuple(place)] = rows
+                bare[rows] = False
+    count = int(sheet.max()) + 1
+    rest = np.bincount(sheet, areas * bare, minlength=count) / np.bincount(sheet, areas, count)
+    first = np.array([rows[0] for rows in found.values()], dtype=np.int64)
+    sides = np.bincount(sheet[first], minlength=count)
+    bare |= loose & ((rest > ROUNDED) | (sides > 1))[sheet]
+    return [rows for rows in found.values() if not bare[rows[0]]], bare
+
+
+def _list_open_sheets(
+    corners: FloatArray,
+    sheet: Indices,
+    areas: FloatArray,
+    kept: Bools,
+    flat: list[Indices],
+    bare: Bools,
+) -> list[OpenSheet]:
+    """Return the sheets that are not kept, of triangles (m, 3, 3), with the triangles of their flat
+    parts.
+    """
+    layers: dict[int, list[FloatArray]] = {}
+    for rows in flat:
+        layers.setdefault(int(sheet[rows[0]]), []).append(corners[rows].reshape(-1, 3))
+    rows = np.flatnonzero(~kept[sheet] & (areas > 0.0))
+    return [
+        OpenSheet(
+            corners[rows[own]],
+            layers.get(int(sheet[rows[own[0]]]), []),
+            float(areas[rows[own]].sum()),
+            float((areas * bare)[rows[own]].sum()),
+        )
+        for own in iter_groups(sheet[rows])
+    ]
 
 
 def _weld(points: FloatArray, triangles: Indices, slack: float) -> tuple[FloatArray, Indices]:
@@ -188,7 +260,7 @@ def _weld(points: FloatArray, triangles: Indices, slack: float) -> tuple[FloatAr
     return points[first[kept]], label[same.ravel()][place.reshape(triangles.shape)]
 
 
-def _measure(points: FloatArray, triangles: Indices) -> tuple[FloatArray, FloatArray]:
+def measure_triangles(points: FloatArray, triangles: Indices) -> tuple[FloatArray, FloatArray]:
     """Return unit normals (m, 3) and areas (m,) of triangles."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normals = cross(b - a, c - a)
@@ -250,7 +322,7 @@ def _drop_doubles(points: FloatArray, triangles: Indices) -> Indices:
     kept = np.sort(np.unique(turned, axis=0, return_index=True)[1])
     unwound = np.sort(triangles[kept], axis=1)
     _, first, uses = np.unique(unwound, axis=0, return_index=True, return_counts=True)
-    area = _measure(points, triangles[kept])[1]
+    area = measure_triangles(points, triangles[kept])[1]
     both = float(area[first[uses == 2]].sum()) * 2.0
     return kept[np.sort(first)] if both > 0.5 * area.sum() else kept
 

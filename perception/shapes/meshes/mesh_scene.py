@@ -294,7 +294,8 @@ def make_mesh_scene(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = F
     )
     if not connected:
         return scene
-    return add_solids(scene, find_solid_pieces(mesh.vertices, mesh.triangles, step=mesh.step))
+    cut = find_solid_pieces(mesh.vertices, mesh.triangles, step=mesh.step, up=scene.up)
+    return add_solids(scene, cut)
 
 
 def _samples(surface: Surface) -> Samples:

@@ -164,3 +164,14 @@ def test_the_whole_proof_says_how_much_of_a_thing_is_only_taken_to_be_full() -> 
     assert (of_whole, none) == ([], None)
     assert 0.5 < share < 1.0
     assert of_scan.startswith(f"  space: {share:.0%} of what t1 fills was not seen;")
+
+
+def test_what_is_in_no_piece_of_a_whole_thing_is_said_with_its_place() -> None:
+    low, high = (0.5, -0.1, 0.25), (1.0, 0.1, 0.5)
+    whole = replace(sight(whole=True), filled=0.96, gaps=((low, high),))
+    (found,) = told(whole)
+    bottom = min(z for _, _, z in CUBE)
+    span = f"{0.25 - bottom:.2g}–{0.5 - bottom:.2g} m up"
+    assert found.why.startswith("4% of the volume of t1 is in no piece: towards +x")
+    assert found.why.endswith(span)
+    assert not told(sight(whole=True))

@@ -36,12 +36,16 @@ def test_each_body_gets_the_pieces_that_have_its_faces() -> None:
         assert sorted(owned) == sorted(body.faces)
 
 
-def test_what_is_partly_a_single_layer_has_no_solids() -> None:
+def test_a_single_layer_is_a_board_without_thickness() -> None:
     corners = [(0, 0, 0.7), (1.2, 0, 0.7), (1.2, 0.8, 0.7), (0, 0.8, 0.7)]
     sheet = trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3)])
     legs = [block((x, y, 0.0), (x + 0.1, y + 0.1, 0.7)) for x in (0.0, 1.1) for y in (0.0, 0.7)]
-    (body,) = scene_of(together(sheet, *legs)).bodies
-    assert body.solids is None
+    for parts in ((sheet, *legs), (sheet, sheet.copy().apply_translation((0, 0, 0.03)), *legs)):
+        (body,) = scene_of(together(*parts)).bodies
+        assert body.solids is not None
+        assert len(body.solids.pieces) == 5
+        assert len(body.solids.joins) == 4
+        assert body.solids.explained == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("turn", [Rotation.identity(), Rotation.random(random_state=3)])
@@ -93,13 +97,27 @@ def test_what_faces_of_a_whole_scene_enclose_is_cut_though_hidden_ends_have_none
     assert rows["carries"] == [("p2", "p1")]
 
 
-def test_an_end_is_closed_only_where_it_lies_on_another_body() -> None:
+def remove_sides(made: trimesh.Trimesh, way: tuple[float, float, float]) -> trimesh.Trimesh:
+    """Return a block without the side that faces this way."""
+    return trimesh.Trimesh(made.vertices, made.faces[made.face_normals @ way < 0.5])
+
+
+def test_ends_that_nobody_sees_are_closed_and_open_boxes_are_not() -> None:
     top = block((0.0, 0.0, 0.7), (1.2, 0.8, 0.74))
-    leg = block((0.1, 0.1, 0.0), (0.2, 0.2, 0.7))
-    open_leg = trimesh.Trimesh(leg.vertices, leg.faces[leg.face_normals[:, 2] < 0.5])
-    found = find_solid_pieces(*arrays(together(top, open_leg)))
-    assert (len(found.pieces), found.explained) == (2, pytest.approx(1.0))
-    lower = open_leg.copy().apply_translation((0.0, 0.0, -0.3))
-    assert not find_solid_pieces(
-        *arrays(together(lower, lower.copy().apply_translation((1, 0, 0))))
-    )
+    foot = block((0.4, 0.2, 0.5), (0.8, 0.6, 0.7))
+    bar = block((0.1, 0.1, 0.0), (0.2, 0.2, 0.9))
+    down, up = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+    for parts in (
+        (top, remove_sides(foot, up)),  # it lies on another
+        (remove_sides(bar, up),),
+        (remove_sides(remove_sides(bar, up), down),),
+        (remove_sides(top, down),),
+        (remove_sides(remove_sides(bar, (1.0, 0.0, 0.0)), down),),  # in a corner of others
+    ):
+        found = find_solid_pieces(*arrays(together(*parts)))
+        assert (len(found.pieces), found.explained) == (len(parts), pytest.approx(1.0))
+    for side in (up, down):
+        crate = remove_sides(foot, side)
+        assert not find_solid_pieces(*arrays(crate))
+        closed = find_solid_pieces(*arrays(crate), up=np.array(side) * -1.0)
+        assert len(closed.pieces) == 1

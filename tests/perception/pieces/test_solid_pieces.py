@@ -158,10 +158,9 @@ def test_bodies_that_overlap_are_pieces_of_their_own() -> None:
 def test_wheels_are_round_and_blocks_are_not() -> None:
     wheel = bar([0, 0, 0], [0, 0.03, 0], 0.06, sections=24)
     (piece,) = find_solid_pieces(*_as_arrays(wheel)).pieces
-    assert piece.section_round > 0.9
-    assert 0.3 < piece.round < 0.7
+    assert piece.round > 0.9
     (piece,) = find_solid_pieces(*_as_arrays(block([0, 0, 0], [0.06, 0.06, 0.03]))).pieces
-    assert (piece.round, piece.section_round) == (0.0, 0.0)
+    assert piece.round == 0.0
 
 
 def test_a_cavity_is_no_piece() -> None:
@@ -175,7 +174,7 @@ def test_a_cavity_is_no_piece() -> None:
 
 @pytest.mark.parametrize(
     "faces",
-    [[], [[0, 1, 2]], [[0, 0, 0]], [[0, 1, 2], [2, 1, 0]], block([0] * 3, [1] * 3).faces[2:]],
+    [[], [[0, 0, 0]], [[0, 1, 1], [2, 1, 2]]],
 )
 def test_what_encloses_nothing_has_no_pieces_and_says_why(faces: list[list[int]]) -> None:
     found = find_solid_pieces(block([0] * 3, [1] * 3).vertices, np.array(faces).reshape(-1, 3))
