@@ -15,7 +15,6 @@ __all__ = [
 _HEIGHTS = {
     "elevation": "the height of {}'s middle",
     "top_of": "the height of {}'s highest point",
-    "thing_height": "the height of {}'s highest point",
     "bottom_of": "the height of {}'s lowest point",
     "height": "{}'s own height",
 }
@@ -65,7 +64,7 @@ def describe_height(measure: str) -> str:
 def describe_limit(limit: str) -> str:
     """Return a limit that was measured itself, as an author would write it.
 
-    >>> describe_limit("0.75*thing_height(t1)"), describe_limit("width(f2)")
+    >>> describe_limit("0.75*top_of(t1)"), describe_limit("width(f2)")
     ("75 % of the height of t1's highest point", 'width(f2)')
     """
     share = _SHARE.match(limit)

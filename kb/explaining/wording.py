@@ -214,7 +214,7 @@ def readable(term: Term) -> str:
 
 def _strip_word_prefix(functor: str) -> str:
     """Return the word as models write it: some have another name in Prolog."""
-    return functor.removeprefix("piece_").removeprefix("opening_")
+    return re.sub("^(piece|opening|thing)_", "", functor)
 
 
 def _counted(items: Sequence[Term]) -> str:
