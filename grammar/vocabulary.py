@@ -265,8 +265,11 @@ _WORDS = (
                meaning="it was seen, not only completed from its neighbours"),
     _condition("upward", FACE, meaning="its outward normal points up", unknown=_UP),
     _condition("downward", FACE, meaning="its outward normal points down", unknown=_UP),
-    _condition("level", ELEMENT | PIECE, meaning="within 10 degrees of level", unknown=_UP),
-    _condition("upright", ELEMENT | PIECE, meaning="within 10 degrees of upright", unknown=_UP),
+    _condition("level", ELEMENT | PIECE, unknown=_UP,
+               meaning="within 10 degrees of level; of a block any of its sides is, so that it is "
+                       "not tilted"),
+    _condition("upright", ELEMENT | PIECE, unknown=_UP,
+               meaning="within 10 degrees of upright: the length of a bar, else the broad side"),
     # Edges, vertices, things
     _measure("edge_length", Gives.LENGTH, EDGE, meaning="its length"),
     _measure("faces_at", Gives.COUNT, VERTEX, meaning="the number of faces that meet there"),

@@ -352,6 +352,7 @@ missing_because(Word, Cause) :-
     ).
 
 needs_up(tilt(_)).
+needs_up(side_tilt(_)).
 needs_up(elevation(_)).
 needs_up(height(_)).
 needs_up(top_of(_)).
@@ -504,7 +505,11 @@ means(block(P),
             soft(at_least(piece_width(P)/piece_length(P), Share), Fade) ])) :-
     tolerance(slender, Share),
     tolerance(shape, Fade).
-means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limit).
+%   A block may lie on any of its sides.
+means(piece_level(P),
+      any([ at_most(piece_tilt(P), Limit),
+            all([ block(P), at_most(piece_side_tilt(P), Limit) ]) ])) :-
+    tolerance(level, Limit).
 means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
 means(piece_parallel(P, Q, Tol), at_most(piece_angle(P, Q), Tol)).
 %   Solids have a height: those side by side are neither above nor below one another.

@@ -388,6 +388,8 @@ class Proof:
         that could be measured better: it says less than one that a value misses.
         """
         unmeasured = next(self.shortfalls(), None) is None
+        if any(child.other_shape for child in self.children):
+            unmeasured = True
         if self.name != "all":
             return unmeasured, 1, 0
         states = [child.state for child in self.children]

@@ -37,6 +37,12 @@ _PIECES: tuple[FactKind, ...] = (
         _NO_UP,
     ),
     _kind(
+        "piece_side_tilt +P:piece Angle:deg Sd:deg",
+        _MAYBE,
+        "tilt of the most level side of its least box, 0 level",
+        _NO_UP,
+    ),
+    _kind(
         "piece_angle +P:piece +Q:piece Angle:deg Sd:deg",
         _ONE,
         "angle between the lengths of bars and the broad sides of others, 0 parallel, 90 "

@@ -209,6 +209,12 @@ def tilt(piece: Piece, up: FloatArray) -> Estimate:
     return Estimate(float(np.rad2deg(angle)), float(np.rad2deg(_sd(piece))))
 
 
+def side_tilt(piece: Piece, up: FloatArray) -> Estimate:
+    """Return the tilt of the most level side of a piece's least box, degrees from level."""
+    rise = min(1.0, float(np.abs(piece.axes @ up).max()))
+    return Estimate(float(np.rad2deg(np.arccos(rise))), float(np.rad2deg(_sd(piece))))
+
+
 def angles_between(
     pieces: Sequence[Piece], up: FloatArray | None
 ) -> Iterator[tuple[int, int, Estimate]]:
@@ -328,6 +334,7 @@ class _Found:
                 low, high = self._heights(piece)
                 yield "piece_heights", (name, low, high, piece.length.sd)
                 yield "piece_tilt", (name, *tilt(piece, self.up))
+                yield "piece_side_tilt", (name, *side_tilt(piece, self.up))
                 if on_ground:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
