@@ -331,7 +331,8 @@ _WORDS = (
     _condition("beside", IN_SPACE, IN_SPACE, symmetric=True, yields=True,
                unknown=_SPACE,
                meaning="at least half the height of the lower one is shared by the other, and at "
-                       "most 10 % of the smaller one lies over or under the other"),
+                       "most 10 % of the smaller one lies over or under the other; what is sunk "
+                       "into it does not count, if that is at most two thirds"),
     _condition("inside", IN_SPACE, IN_SPACE, yields=True,
                unknown=_UNSEEN,
                meaning="the least box around it lies in that around the other, or in the free "

@@ -22,6 +22,7 @@
                         as_far_as_seen/3,     % +Thing, :Steps, -Parts
                         each_pair/4,          % -X, -Y, ?Faces, :Test
                         relation/2,           % +Relation, -Truth
+                        rests_on/2,           % ?Relation, -Test
                         missing_because/2,    % +MeasureOrRelation, -Cause
                         known_relation/1,     % ?Relation
                         derived_word/1        % ?Word
@@ -430,6 +431,16 @@ truth(piece_on_ground(P),  fact(piece_on_ground(P)),    heights([P])).
 truth(whole(T),            fact(whole(T)),              seen([T])).
 truth(scanned(T),          fact(scanned(T)),            seen([T])).
 truth(share_corner(Faces), corner_of_all(Faces),        seen(Faces)).
+
+%!  rests_on(?Relation, -Test) is semidet.
+%
+%   Test is what decides Relation, to say by how much it fails: of facts that perception decides.
+
+rests_on(piece_beside(X, Y),
+         all([ at_least(shared_height(X, Y), 0.5),
+               at_most(sunk_share(X, Y), Sunk),
+               at_most(over_share(X, Y), 0.1) ])) :-
+    Sunk is 2/3.
 
 %   No fact is about a part that was not seen.
 seen(Parts) :-

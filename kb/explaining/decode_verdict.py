@@ -56,7 +56,9 @@ def _describe_left_part(proof: Proof, role: str, thing: str) -> Proof:
         return proof
     found, wanted = step.counted
     kind = next((_KINDS[m[1]] for m in re.finditer(r"\b([pohf])\d", proof.test)), "")
-    there = many(found, kind) if kind else "nothing"
+    if not kind:
+        return proof
+    there = many(found, kind)
     words = f"{thing} has {there} for {wanted} parts"
     if proof.state is not State.HOLDS:
         so_far = " so far" if proof.state is State.UNKNOWN else ""
