@@ -20,8 +20,8 @@ from facetlog.perception.types import FloatArray
 
 # Two stand beside each other where both take this share of the height of the lower one ...
 ABREAST = 0.5
-# ... no more than this share of the smaller one is sunk into the other: half of it is a usual way of
-# building, as measured ...
+# ... no more than this share of the smaller one is sunk into the other (half of it, as it is
+# measured, is a usual way of building) ...
 SUNK = 2.0 / 3.0
 # ... and no more than this share of the rest is over or under the other.
 OVER = 0.1
