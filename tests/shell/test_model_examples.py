@@ -212,11 +212,13 @@ def test_what_is_evenly_spaced_is_told_from_what_is_not(run, tmp_path):
     assert run("model", "test", "rack.model")[:2] == (0, "2 examples, 2 passed, 0 failed\n")
 
 
-def test_files_of_no_model_that_is_tested_are_named(run, tmp_path):
+def test_files_of_almost_the_name_of_a_tested_model_are_named(run, tmp_path):
     _write_meshes(tmp_path / "own")
-    (tmp_path / "own" / "slob-flat.ply").write_text("not read")
+    for name in ("slob", "mailbox"):
+        (tmp_path / "own" / f"{name}-flat.ply").write_text("not read")
     code, _, err = run("model", "test", "slab.model", "own", "--up", "y", "--unit", "cm")
-    assert (code, "own: left out, of no model that is tested (1): 'slob'" in err) == (0, True)
+    assert (code, "own: left out (1), 'slob': did you mean slab?" in err) == (0, True)
+    assert "mailbox" not in err
     for name in ("slab+flat.ply", "slab-thick.ply"):
         (tmp_path / "own" / name).unlink()
     code, _, err = run("model", "test", "slab.model", "own")
@@ -234,3 +236,11 @@ def test_a_built_in_model_that_holds_of_all_examples_is_named(run, tmp_path):
     assert "write `model parcel rather than box`" in err
     (tmp_path / "parcel.model").write_text(text.replace("parcel", "parcel rather than box", 1))
     assert run("model", "test", "parcel.model")[2] == ""
+
+
+def test_a_folder_of_meshes_beside_a_named_model_names_no_models(run, tmp_path):
+    _write_meshes(tmp_path / "own")
+    (tmp_path / "own" / "older").mkdir()
+    (tmp_path / "own" / "older" / "slab.model").write_text((tmp_path / "slab.model").read_text())
+    code, out, err = run("model", "test", "slab.model", "own", "--up", "y", "--unit", "cm")
+    assert (code, "already defined" in out + err) == (0, False)

@@ -110,10 +110,9 @@ def _split_arguments(arguments: list[str]) -> tuple[tuple[Path, ...], tuple[Path
     from facetlog.perception.shapes.shape_options import SUFFIXES
 
     labelled = [argument for argument in arguments if is_labelled_folder(Path(argument), SUFFIXES)]
-    named = [
-        argument
-        for argument in arguments
-        if argument not in labelled or any(Path(argument).glob("**/*.model"))
+    # A folder of labelled files is one of models as well only where nothing else names any.
+    named = [argument for argument in arguments if argument not in labelled] or [
+        argument for argument in labelled if any(Path(argument).glob("**/*.model"))
     ]
     if not named:
         raise InputError(f"{labelled[0]}: the folder has no models: name them before it")
