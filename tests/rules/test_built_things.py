@@ -1,7 +1,6 @@
-"""Things built of boxes, in random frames: what is level and beside, and what is said of the rest."""
+"""Things built of boxes, in random frames: what is level and beside, and what is said of others."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,8 @@ from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, scene_facts
-from facetlog.perception.scene import Scene
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.types import FloatArray
 
