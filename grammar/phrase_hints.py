@@ -231,7 +231,7 @@ _PHRASES = (
     ),
     (r"\b(?:across\s+\w+|cross(?:wise|ways)\b.*)", _SQUARE),
     (r"\blength(?:wise|ways)\b.*", _ALONG),
-    (r"\b(?:leans?|leaning)\s+(?:on|against|over)\b.*", f"{_TILTED}, and `leg joins top`"),
+    (r"\b(?:leans?|leaning)\s+(?:on|against|over)\b.*", f"{_TILTED}; and `leg joins top`"),
     (r"\b(?:centred|centered|(?:in|at)\s+the\s+(?:middle|centre|center))\b.*", _CENTRED),
     (r"\b(?:aligned|in\s+line)\s+with\b.*", _ALONG),
     (r"\b(?:equal|identical|same)\b.*", _SAME),

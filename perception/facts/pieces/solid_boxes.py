@@ -128,7 +128,10 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
     """Return which box stands beside which (n, n) along up (3,): they are about as high above the
     ground, and neither is over or under the other.
     """
-    abreast, sunk, over = compute_beside_shares(boxes, up)
+    return _are_beside(*compute_beside_shares(boxes, up))
+
+
+def _are_beside(abreast: FloatArray, sunk: FloatArray, over: FloatArray) -> Related:
     related: Related = (abreast >= ABREAST) & (sunk <= SUNK) & (over <= OVER)
     return related
 
@@ -164,23 +167,25 @@ def _measure_plan(box: SolidBox, up: FloatArray) -> float:
 def _measure_columns(inner: SolidBox, outer: SolidBox, up: FloatArray) -> tuple[float, float]:
     """Return which share of a box lies in columns that enter another, and in such that are over or
     under it without."""
+    inner, outer = (  # what touches does not enter
+        replace(box, half=np.maximum(box.half - HALF_CELL * box.cell, THIN * box.cell))
+        for box in (inner, outer)
+    )
     places = inner.at(_IN_BOX)
     (first, last), (low, high) = (_cut_columns(places, box, up) for box in (inner, outer))
-    shared = np.minimum(last, high) - np.maximum(first, low)
-    enters = shared > HALF_CELL * max(inner.cell, outer.cell)
+    enters = np.minimum(last, high) > np.maximum(first, low)
     return float(enters.mean()), float(((high > low) & ~enters).mean())
 
 
 def _cut_columns(
     places: FloatArray, box: SolidBox, up: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return from where to where (m,) the lines along up through places (m, 3) are in a box, half
-    a cell less at each side; to before from where they miss it."""
-    half = np.maximum(box.half - HALF_CELL * box.cell, THIN * box.cell)
+    """Return from where to where (m,) the lines along up through places (m, 3) are in a box; to
+    before from where they miss it."""
     along = box.axes @ up
     along = np.where(np.abs(along) < ROUNDED, ROUNDED, along)
     local = (places - box.middle) @ box.axes.T
-    ends = np.stack([(-half - local) / along, (half - local) / along])
+    ends = np.stack([(-box.half - local) / along, (box.half - local) / along])
     begin: FloatArray = ends.min(axis=0).max(axis=1)
     end: FloatArray = ends.max(axis=0).min(axis=1)
     return begin, end
@@ -253,7 +258,7 @@ def iter_missed_beside_shares(
     if up is None or len(boxes) < 2:
         return
     shares = compute_beside_shares(boxes, up)
-    for one, other in np.argwhere(~beside(boxes, up)).tolist():
+    for one, other in np.argwhere(~_are_beside(*shares)).tolist():
         if one != other:
             abreast, sunk, over = (float(share[one, other]) for share in shares)
             yield one, other, abreast, sunk, over

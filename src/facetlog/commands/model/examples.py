@@ -78,7 +78,8 @@ def examples_command(
 ) -> int:
     """Run the examples of models, and judge labelled scenes and meshes.
 
-    A folder may hold models, labelled files as for --scenes, or both. --up, --unit, --scale and
+    A folder may hold models, labelled files as for --scenes, or both; beside arguments that name
+    models one of labelled files names none. --up, --unit, --scale and
     --sensor state what labelled files do not. Exit code 0: all is as expected, 1: something is
     not, or a file has faults, 2: one cannot be read.
     """
