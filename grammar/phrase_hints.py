@@ -54,7 +54,7 @@ _EVEN = (
     "steps are the differences of neighbours; seen from above `smallest spacing of post at least "
     "80 % of largest spacing of post`"
 )
-_ORDER = (
+ORDER = (
     "write `order of length(key) at least 90 %`: along the row that they stand in, seen from "
     "above; of what stands over one another `each pair x, y of step: x is not above y or "
     "length(x) at most length(y)`"
@@ -132,8 +132,8 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
             _HOLLOW,
         ),
         "outline": _OUTLINE,
-        **dict.fromkeys(("evenly", "evenly_spaced", "equidistant", "regular"), _EVEN),
-        **dict.fromkeys(("sorted", "ordered", "ascending", "descending"), _ORDER),
+        **dict.fromkeys(("evenly", "evenly_spaced", "equidistant", "regular", "spacing"), _EVEN),
+        **dict.fromkeys(("sorted", "ordered", "order", "ascending", "descending"), ORDER),
         "square": "write `width(top) at least 90 % of length(top)`",
         "open": _OPEN,
         "closed": _CLOSED,
@@ -239,7 +239,7 @@ _PHRASES = (
     (
         r".*\b(?:(?:sorted|ordered)\s+(?:by|along)|than\s+the\s+(?:one|last|next|previous)"
         r"|(?P<more>\w+er)\s+and\s+(?P=more))\b.*",
-        _ORDER,
+        ORDER,
     ),
     (
         r"\b(?:high|tall|wid|long|low|thick|small|larg|bigg?|deep)er\s+than\b.*",

@@ -1,7 +1,7 @@
 """For which models is a solid found that they describe, and how long does it take?
 
-The built-in models, and texts of a newcomer (`newcomer/models` of FACETLOG_DATA). `least` is the
-least margin of a condition: 1 is the middle of its limits, 0 a limit; a share that is to be at
+The built-in models, own texts (drawn_texts), and those of newcomers in FACETLOG_DATA. `least` is
+the least margin of a condition: 1 is the middle of its limits, 0 a limit; a share to be at
 least 80 % has .25 at most. `as mesh` is what the model says of the drawn GLB file, read anew.
 Seconds are those of this process, the engine's included.
 """
@@ -23,20 +23,25 @@ from facetlog.prototype.workbench import Workbench
 
 NAME = "accuracy_prototypes"
 EFFORT = 240
+FOLDER = Path(__file__).resolve().parent / "drawn_texts"
+NEWCOMERS = ("newcomer/models", "newcomer2")
 
 
 def measure(settings: Settings) -> Report:
     """Measure one row a model; seeds play no part, since nothing is drawn by chance."""
     del settings
     tables = [Table("built-in models", tuple(_rows((), BUILTIN_MODELS)))]
-    folder = Path(os.environ.get(DATA_VARIABLE, "")) / "newcomer" / "models"
-    notes: tuple[str, ...] = ()
-    if os.environ.get(DATA_VARIABLE) and folder.is_dir():
+    data = os.environ.get(DATA_VARIABLE, "")
+    folders = {"own texts": FOLDER} | {
+        f"a newcomer's models, {folder}": Path(data) / folder for folder in NEWCOMERS if data
+    }
+    for title, folder in folders.items():
         paths = sorted(folder.glob("*.model"))
         rows = [row for path in paths for row in _rows((path,), (path.stem,))]
-        tables.append(Table("a newcomer's models", tuple(rows)))
-    else:
-        notes = (f"a newcomer's models are not there: set {DATA_VARIABLE}",)
+        tables.append(Table(title, tuple(rows)))
+    notes: tuple[str, ...] = (
+        () if data else (f"a newcomer's models are not there: set {DATA_VARIABLE}",)
+    )
     return Report(NAME, tuple(tables), {"effort": EFFORT}, notes)
 
 

@@ -413,8 +413,9 @@ class MeasureChecker(ABC):
             return Dimension.LENGTH
         if node.how.endswith("spacing"):
             found = self.type_of(node.operand, inside)
-            if isinstance(found, Element) and found.kinds != PIECE:
-                self.fault("kind", "spacings are between pieces", node.operand)
+            if found is not None and not (isinstance(found, Element) and found.kinds == PIECE):
+                hint = f"write `{node.how} of {sets[0].name}`"
+                self.fault("kind", "spacings are between pieces", node.operand, hint)
             return Dimension.LENGTH
         found = self.measure(node.operand, inside)
         if node.how != "order":

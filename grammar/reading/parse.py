@@ -14,7 +14,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, is_slip, respell
-from facetlog.grammar.phrase_hints import SPOKEN_WORDS, find_phrase_hint
+from facetlog.grammar.phrase_hints import ORDER, SPOKEN_WORDS, find_phrase_hint
 from facetlog.grammar.reading.layout import (
     STATEMENT_WORDS,
     Layout,
@@ -73,7 +73,8 @@ def explained(
     here = reach(text)
     known = find_mistake(source, statement, here.reach)
     if known is not None:
-        return known
+        is_row = known.code == "each" and find_phrase_hint(text, len(text)) == ORDER
+        return replace(known, hint=ORDER) if is_row else known
     meant = _find_misspelt(statement, text, here.reach, reach)
     if meant is not None:
         token, word = meant

@@ -27,7 +27,7 @@ from facetlog.perception.types import FloatArray
 if TYPE_CHECKING:
     from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 
-__all__ = ["ShapeOptions", "read_shape", "read_stated", "stated"]
+__all__ = ["ShapeOptions", "read_shape", "read_stated", "read_stated_mesh", "stated"]
 
 # Up axes whose components differ by less are the same.
 UP_TIE = 1e-6
@@ -44,20 +44,30 @@ def _scene_file(path: Path, _options: ShapeOptions) -> Scene:
 
 def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
     from facetlog.perception.reading.shape_files.meshes.mesh_checks import NoTrianglesError
-    from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
     from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 
     try:
-        mesh = read_mesh(path)
+        mesh = read_stated_mesh(path, options)
     except NoTrianglesError:
         if path.suffix.lower() not in CLOUD_SUFFIXES:
             raise
         return _cloud_file(path, options)  # a PLY of points alone
-    mesh, options = _apply_stated_options(mesh, options)
+    return make_mesh_scene(mesh, up=mesh.up, metric=mesh.unit_metres is not None)
+
+
+def read_stated_mesh(path: Path, options: ShapeOptions) -> "Mesh":
+    """Return the mesh in a file with the up that it or the options state; in metres where either
+    states the unit. Raise InputError as `read_shape`.
+    """
+    from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
+
+    mesh, options = _apply_stated_options(read_mesh(path), options)
+    up = mesh.up if options.up is None else np.array(options.up)
     unit = METRES_PER[options.unit] if options.unit else mesh.unit_metres
-    if unit is not None:
-        mesh = replace(mesh, vertices=mesh.vertices * unit, unit_metres=1.0, step=mesh.step * unit)
-    return make_mesh_scene(mesh, up=options.up, metric=unit is not None)
+    if unit is None:
+        return replace(mesh, up=up)
+    vertices = mesh.vertices * unit
+    return replace(mesh, up=up, vertices=vertices, unit_metres=1.0, step=mesh.step * unit)
 
 
 def _apply_stated_options(mesh: "Mesh", options: ShapeOptions) -> "tuple[Mesh, ShapeOptions]":

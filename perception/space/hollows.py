@@ -18,6 +18,8 @@ from facetlog.perception.space.space import Space, State
 _WAYS = ((2, 1), (0, 1), (0, -1), (1, 1), (1, -1))
 # Of two hollows of which one has so much of the other, the one with the smaller mouth is none.
 SHARED = 0.5
+# Walls stand round most of a hollow: behind two posts lies none.
+WALLED = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,6 +76,8 @@ def _open_along(
             if (other, way) == (axis, sense) or (on_ground and (other, way) == (2, -1)):
                 continue
             walled &= _meets(solid, other, way)
+    # What is narrower is how surfaces round to cells.
+    walled = ndimage.binary_opening(walled, np.ones((FEWEST_CELLS,) * 3, dtype=np.bool_))
     # layers from the floor to the mouth, and one beyond what the lattice holds
     layers = np.moveaxis(walled, axis, 0)[::sense]
     empty = np.concatenate([np.moveaxis(free, axis, 0)[::sense], *[np.ones_like(layers[:1])] * 2])
@@ -88,7 +92,7 @@ def _open_along(
     for number in np.setdiff1d(labels[ends], [0]).tolist():
         hollow = labels == number
         mouth, section = (hollow & ends).any(axis=0), hollow.any(axis=0)
-        if not is_wide(mouth) or int(hollow.any(axis=(1, 2)).sum()) < FEWEST_CELLS:
+        if not is_wide(mouth) or float(layers[hollow].mean()) < WALLED:
             continue
         filled = np.moveaxis(hollow[::sense], 0, axis)
         cells = np.argwhere(filled)

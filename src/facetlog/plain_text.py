@@ -9,7 +9,7 @@ import io
 import os
 import sys
 
-__all__ = ["ESCAPED", "open_streams", "plain_text"]
+__all__ = ["ESCAPED", "open_streams", "plain_text", "to_plain_marks"]
 
 ESCAPED = "facetlog-escaped"
 """Name of the error handler `_escape` for streams."""
@@ -18,6 +18,15 @@ RAW_BYTES = range(0xDC80, 0xDD00)
 
 PLAINER = {"─": "-", "–": "-", "…": "..."}
 """Replacements of marks that an encoding lacks."""
+
+
+def to_plain_marks(text: str) -> str:
+    """Return the text with dashes and the like in ASCII.
+
+    >>> to_plain_marks("58–97%")
+    '58-97%'
+    """
+    return "".join(PLAINER.get(letter, letter) for letter in text)
 
 
 def plain_text(text: str) -> str:

@@ -49,7 +49,7 @@ def errors(line: str) -> tuple[Fault, ...]:
         ("height(top) is between 20 cm and 30 cm", "write `between` without `is`"),
         ("height(top) at least 2 cm and at most 3 cm", "`between 2 cm and 3 cm`"),
         ("legs are sorted by length", "`order of length(key)"),
-        ("top is shorter than the one before", "`order of length(key)"),
+        ("each leg is shorter than the one before", "`order of length(key)"),
         ("wheel front", "`piece wheel where curved(wheel) at least 80 %, wheel is upright`"),
         ("at least 4 wheels w where w is on_ground", "`piece wheel where"),
         ("there is a wheel x where x below top", "`piece wheel where"),

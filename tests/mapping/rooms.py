@@ -54,7 +54,7 @@ def box_thing(
         (Pose(np.eye(3), np.array([x, y, 0.0])),),
         np.diag([pose_sd**2] * 2 + [0.0] * 4)[None],
     )
-    said = (Said(model, 0.8, f"t1 is a {model}"),) if model else ()
+    said = (Said(model, 0.8, "80%", f"t1 is a {model}"),) if model else ()
     return PlacedThing(
         (visit, "t1"),
         thing.box,

@@ -5,17 +5,22 @@ import pytest
 
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
+from facetlog.prototype.assembly import Assembly
 from facetlog.prototype.forms import (
     HUNG,
+    angle,
     between,
     borne,
     hung,
     iter_grown_forms,
     iter_starting_forms,
     pair,
+    planked,
     single,
     under,
+    wheeled,
 )
+from facetlog.prototype.patterns import grids
 
 
 def test_a_union_is_closed_and_faces_outwards() -> None:
@@ -79,6 +84,32 @@ def test_a_seat_on_ropes_hangs_from_them_and_stands_on_nothing() -> None:
     assert high[5, 2] == pytest.approx(low[3:5, 2])
     assert low[5, 2] > 0.0
     assert len({one for one, _ in hangs}) == 2
+
+
+@pytest.mark.parametrize("carried", [single("board"), under(single("board"), 0, "four legs")])
+def test_wheels_are_round_pieces_on_the_ground_that_carry_the_rest(carried: Assembly) -> None:
+    made = wheeled(carried)
+    rows = fact_rows(made.scene(made.sizes), {"piece_round", "piece_on_ground", "carries"})
+    wheels = {name for name, share in rows["piece_round"] if share > 0.9}
+
+    assert wheels == {name for (name,) in rows["piece_on_ground"]}
+    assert len(wheels) == 4
+    assert {over for under, over in rows["carries"] if under in wheels} >= {"p1"}
+
+
+@pytest.mark.parametrize(("count", "names"), [(9, ["3 rows of 3"]), (8, ["2 rows of 4"]), (7, [])])
+def test_blocks_stand_in_rows_under_a_board(count: int, names: list[str]) -> None:
+    patterns = [*grids(count)]
+    assert [name.removesuffix(" blocks") for name in patterns] == names
+    for pattern in patterns:
+        made = under(single("board"), 0, pattern, flush=True)
+        rows = fact_rows(made.scene(made.sizes), {"piece_on_ground", "carries"})
+        assert len(rows["piece_on_ground"]) == len(rows["carries"]) == count
+
+
+@pytest.mark.parametrize(("made", "boards"), [(angle("board"), 2), (planked(4), 6)])
+def test_boards_that_touch_are_pieces_of_their_own(made: Assembly, boards: int) -> None:
+    assert len(fact_rows(made.scene(made.sizes), {"piece_size"})["piece_size"]) == boards
 
 
 def test_all_forms_have_names_of_their_own_and_most_can_be_built() -> None:

@@ -38,6 +38,10 @@ def _judged(sizes: Mapping[str, float], *proofs: Proof) -> Judged:
     return Judged(sizes, cuboid(), verdict, compute_margins(verdict))
 
 
+def _missing() -> Proof:
+    return Proof(State.FAILS, 0.0, 0.0, "m", Note("none was found"))
+
+
 def _fitted(judge: object, **start: float) -> Judged:
     return fitted(judge(start), judge)  # type: ignore[operator,arg-type]
 
@@ -79,3 +83,14 @@ def test_what_each_member_must_be_is_no_reason_to_have_fewer_members() -> None:
 
     # by the distance of what is to hold, though membership is nearer to its limit
     assert list(_judged({}, step).margins.values()) == pytest.approx([-0.8])
+
+
+def test_what_no_size_mends_is_not_fitted() -> None:
+    judged = []
+
+    def judge(sizes: Mapping[str, float]) -> Judged:
+        judged.append(sizes)
+        return _judged(sizes, _compared(sizes["a"], Within("between", (1.0, 3.0))), _missing())
+
+    _fitted(judge, a=1.05)
+    assert len(judged) == 3  # as it was, and once to both sides

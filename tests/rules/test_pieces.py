@@ -286,7 +286,7 @@ def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
         ("frame", set(), set()),
         ("cuboid", {"plate"}, set()),
         ("table", {"plate"}, set()),
-        ("tray", {"plate", "pit", "two_walls"}, set()),
+        ("tray", {"plate", "pit", "two_walls", "tub"}, set()),
         ("chair", {"plate"}, set()),
     ],
 )

@@ -4,6 +4,7 @@ import csv
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from facetlog.cli import main
 
@@ -77,3 +78,18 @@ def test_labels_are_what_classify_reads(folder, capsys):
 
     assert code == 0
     assert "8 of 8" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_samples_are_stretched_from_a_mesh_of_ones_own(folder, capsys):
+    mesh = folder / "own.ply"
+    trimesh.creation.box((1.0, 0.7, 0.15)).export(mesh)
+    model = str(folder / "slab.model")
+    command = ["model", "sample", model, "--like", str(mesh), "-n", "4", "--effort", "4"]
+
+    assert main([*command, "-o", str(folder / "no_up")]) == 2
+    assert "--up z" in capsys.readouterr().err
+    assert main([*command, "--up", "z", "--unit", "m", "-o", str(folder / "like")]) == 0
+    assert {row["form"] for row in _rows(folder / "like")} == {"own.ply"}
+    table = str(folder / "like" / "expected.csv")
+    assert main(["model", "test", model, "--scenes", table]) == 0

@@ -40,10 +40,13 @@ class Length:
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A model that holds, how sure that is, and all of it in a line."""
+    """A model that holds, how sure that is, also as a text that says where it comes from, and all
+    of it in a line.
+    """
 
     model: str
     sure: Share
+    figure: str
     summary: str
 
 
@@ -117,7 +120,12 @@ def place_things(
     said: dict[str, list[Said]] = {}
     for verdict in recognition.best:
         said.setdefault(verdict.thing, []).append(
-            Said(verdict.model, verdict.sure, verdict.summary)
+            Said(
+                verdict.model,
+                verdict.sure,
+                verdict.confidence.format(verdict.degree),
+                verdict.summary,
+            )
         )
     covs = np.zeros((0, 6, 6)) if covariances is None else covariances
     return tuple(_placed(scene, visit, said, poses, covs))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.mapping.floor_grid import Cell, FloorGrid
 from facetlog.mapping.same_thing import MappedThing
+from facetlog.plain_text import to_plain_marks
 from facetlog.robot.collecting.map_picture import Box, placed
 
 if TYPE_CHECKING:
@@ -205,7 +206,7 @@ def _words(sheet: _Sheet, room: "RoomMap") -> None:
     for thing in room.things:
         drawn.append(box := _box(sheet, thing))
         anchors.append((box.left + box.width / 2, box.top))
-        texts.append(thing.label)
+        texts.append(to_plain_marks(thing.label))  # the font is ASCII
     for view in room.taken:
         u, v = sheet.at(view.robot.x, view.robot.y)
         drawn.append(Box(u - VIEW_PX, v - VIEW_PX, 2 * VIEW_PX, 2 * VIEW_PX))

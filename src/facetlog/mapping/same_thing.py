@@ -45,7 +45,7 @@ class MappedThing:
     def label(self) -> str:
         """Text beside it: its name in the map, its model and how sure that is."""
         first = self.best.said[:1]
-        return " ".join((self.name, *(f"{said.model} {said.sure:.0%}" for said in first)))
+        return " ".join((self.name, *(f"{said.model} ({said.figure})" for said in first)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,17 +1,19 @@
-"""Solids made of cuboids whose places are sums of a few sizes: what a prototype is fitted as.
+"""Solids made of cuboids and cylinders whose places are sums of a few sizes: what a prototype is
+fitted as.
 
 A leg that stands `rim` in from the end of a top that is `long` reaches from long - rim - leg to
 long - rim: whatever the sizes, parts that touch go on to touch, and what is symmetric stays so.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
 
 from facetlog.perception.scene import Scene
+from facetlog.perception.shapes.meshes.built_solids import Solid, build_solids
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
 from facetlog.perception.types import FloatArray
 
@@ -64,11 +66,15 @@ ZERO = Length()
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A cuboid: the ends of its extents along x, y and z."""
+    """A cuboid: the ends of its extents along x, y and z.
+
+    What is `round` fills its cuboid as the builder of this name does: `wheel` or `cylinder`.
+    """
 
     x: tuple[Length, Length]
     y: tuple[Length, Length]
     z: tuple[Length, Length]
+    round: str = ""
 
     @property
     def extents(self) -> tuple[tuple[Length, Length], ...]:
@@ -78,11 +84,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """Cuboids that are one solid, and the sizes at which fitting them begins."""
+    """Parts that are one solid, and the sizes at which fitting them begins.
+
+    Parts that are not `joined` touch as bodies of their own, so that boards in one plane are two.
+    """
 
     name: str
     sizes: Mapping[str, float]
     parts: tuple[Part, ...]
+    joined: bool = True
 
     @property
     def grows(self) -> bool:
@@ -99,8 +109,23 @@ class Assembly:
         extent.
         """
         low, high = self.ends(sizes)
+        if not self.joined or any(part.round for part in self.parts):
+            return self._build(low - low.min(axis=0), high - low)
         ground = np.array([0.0, 0.0, low[:, 2].min()])
         return cuboid_union(low - ground, high - ground, self.name)
+
+    def _build(self, places: FloatArray, extents: FloatArray) -> Scene:
+        """Return the scene of parts as bodies of their own, from their lowest corners (n, 3)."""
+        solids = []
+        for part, place, (x, y, z) in zip(self.parts, places, extents.tolist(), strict=True):
+            sizes = {
+                "": {"width": x, "depth": y, "height": z},
+                "wheel": {"diameter": z, "thickness": y},
+                "cylinder": {"diameter": x, "height": z},
+            }[part.round]
+            at = dict(zip("xyz", place.tolist(), strict=True))
+            solids.append(Solid(part.round or "cuboid", sizes | at))
+        return build_solids(solids, self.name)
 
     def described(self, sizes: Mapping[str, float]) -> str:
         """Return its parts, and then the sizes."""
@@ -110,13 +135,13 @@ class Assembly:
         """Return the assembly with one more size, of this name or one like it, and that size."""
         free = next(n for n in (name, *(f"{name}{i}" for i in range(2, 99))) if n not in self.sizes)
         sizes = {**self.sizes, free: value}
-        return Assembly(self.name, sizes, self.parts), Length({free: 1.0})
+        return replace(self, sizes=sizes), Length({free: 1.0})
 
     def also(self, word: str, parts: Sequence[Part]) -> "Assembly":
         """Return the assembly with more parts, which `word` adds to its name."""
-        return Assembly(f"{self.name}, {word}", self.sizes, (*self.parts, *parts))
+        return replace(self, name=f"{self.name}, {word}", parts=(*self.parts, *parts))
 
     def raised(self, by: Length) -> "Assembly":
         """Return the assembly so much higher above the ground."""
-        parts = tuple(Part(p.x, p.y, (p.z[0] + by, p.z[1] + by)) for p in self.parts)
-        return Assembly(self.name, self.sizes, parts)
+        parts = tuple(replace(p, z=(p.z[0] + by, p.z[1] + by)) for p in self.parts)
+        return replace(self, parts=parts)

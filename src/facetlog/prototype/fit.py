@@ -41,6 +41,9 @@ def fitted(start: Judged, judge: Try, *, enough: Callable[[], bool] = lambda: Fa
     while steps < MOST_STEPS and reach >= LEAST_STEP and not enough():
         if slope is None:
             slope = slopes(best, judge)
+            missed = [key for key, margin in best.margins.items() if margin <= 0.0]
+            if missed and not any(of.get(key) for of in slope.values() for key in missed):
+                break  # what is lacking is no size
         there = stepped(best, best.margins, slope, reach)
         found = judge(there)
         steps += 1

@@ -1,7 +1,8 @@
 """The forms that a search begins with: the builders of examples, and assemblies of a few parts."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from types import MappingProxyType
@@ -11,6 +12,7 @@ from facetlog.perception.shapes.meshes.built_solids import Solid, build_solids
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
 from facetlog.plurals import many
 from facetlog.prototype.assembly import ZERO, Assembly, Form, Length, Part
+from facetlog.prototype.patterns import PATTERNS, Extent, Plan, Sides, about, find_pattern, grids
 
 # Of what comes in numbers: so many at most are tried.
 COUNTS = (2, 3, 4, 5)
@@ -18,10 +20,9 @@ MOST_PARTS = 14
 """Of an assembly: things with more are no prototypes."""
 
 # Sizes at which fitting begins, metres: of a piece of furniture, whatever it turns out to be.
-LONG, WIDE, THIN, BAR, INSET, HIGH = 0.8, 0.5, 0.03, 0.045, 0.025, 0.4
-
-Extent = tuple[Length, Length]
-Plan = tuple[Extent, Extent]
+LONG, WIDE, THIN, BAR, INSET, HIGH, WHEEL = 0.8, 0.5, 0.03, 0.045, 0.025, 0.4, 0.1
+SUNK = 0.05
+"""Of a wheel's height, so much lies within what it carries, or they would touch along a line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +83,20 @@ def iter_starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
     board, block = single("board"), single("block")
     for pattern in ("four legs", "two panels", "a column"):
         yield under(board, 0, pattern)
+    for count in counts:
+        for pattern in grids(count):
+            yield under(board, 0, pattern, flush=True)
+    for carried in (board, block):
+        yield wheeled(carried)
+    for pattern in ("four legs", "two panels"):
+        angled = under(angle("board"), 0, pattern)
+        yield under(angled, 1, pattern)
+    for count in counts:
+        yield planked(count)
     yield on_top(board, 0, "four walls", flush=True)
     yield on_top(board, 0, "three panels", flush=True)
+    yield capped(on_top(board, 0, "three panels", flush=True), 1)
+    yield under(block, 0, "a block")
     for flush in (True, False):
         yield on_top(block, 0, "a head", flush=flush)
         posts = on_top(single("bar"), 0, "two posts", flush=flush)
@@ -117,6 +130,8 @@ def iter_grown_forms(
     if not isinstance(start, Assembly):
         return
     form = replace(start, sizes=sizes)
+    if not any(part.round for part in form.parts):
+        yield wheeled(form)
     for first, second in _apart(form):
         for count in dict.fromkeys((1, *counts)):
             if len(form.parts) + count <= MOST_PARTS:
@@ -137,6 +152,12 @@ def iter_grown_forms(
                 yield on_top(form, part, pattern, flush=flush)
         for steps in (1, 2):
             yield beside(form, part, steps)
+        for kind in HUNG:
+            yield attached(form, part, kind)
+        for count in counts:
+            for pattern in grids(count):
+                if len(form.parts) + count <= MOST_PARTS:
+                    yield under(form, part, pattern, flush=True)
         if _is_raised(form, part):
             for kind, count in product(HUNG, (1, 2)):
                 if len(form.parts) + count <= MOST_PARTS:
@@ -171,77 +192,6 @@ def _apart(form: Assembly) -> Iterator[tuple[int, int]]:
             yield first, away[-1]
 
 
-@dataclass(frozen=True, slots=True)
-class _Sides:
-    """An extent cut from both of its ends: `rim` in from them, and members so thick there."""
-
-    low: Length
-    high: Length
-    rim: Length
-    thick: Length
-
-    @property
-    def first(self) -> Extent:
-        return self.low + self.rim, self.low + self.rim + self.thick
-
-    @property
-    def last(self) -> Extent:
-        return self.high - self.rim - self.thick, self.high - self.rim
-
-    @property
-    def middle(self) -> Extent:
-        return _about((self.low + self.high) * 0.5, self.thick)
-
-    @property
-    def inner(self) -> Extent:
-        return self.first[1], self.last[0]
-
-    @property
-    def all(self) -> Extent:
-        return self.low + self.rim, self.high - self.rim
-
-
-@dataclass(frozen=True, slots=True)
-class Pattern:
-    """Number and kind of parts, and their places in a plan."""
-
-    count: int
-    kind: str
-    plan: Callable[[_Sides, _Sides], tuple[Plan, ...]]
-
-
-PATTERNS: Mapping[str, Pattern] = MappingProxyType(
-    {
-        "four legs": Pattern(
-            4,
-            "bar",
-            lambda x, y: tuple((a, b) for a in (x.first, x.last) for b in (y.first, y.last)),
-        ),
-        "three legs": Pattern(
-            3, "bar", lambda x, y: ((x.first, y.first), (x.last, y.first), (x.middle, y.last))
-        ),
-        "two posts": Pattern(2, "bar", lambda x, y: ((x.first, y.middle), (x.last, y.middle))),
-        "two panels": Pattern(2, "board", lambda x, y: ((x.first, y.all), (x.last, y.all))),
-        "two long panels": Pattern(2, "board", lambda x, y: ((x.all, y.first), (x.all, y.last))),
-        "three panels": Pattern(
-            3, "board", lambda x, y: ((x.first, y.all), (x.last, y.all), (x.inner, y.last))
-        ),
-        "four walls": Pattern(
-            4,
-            "board",
-            lambda x, y: (
-                (x.first, y.all), (x.last, y.all), (x.inner, y.first), (x.inner, y.last)
-            ),
-        ),
-        "a column": Pattern(1, "bar", lambda x, y: ((x.middle, y.middle),)),
-        "a back": Pattern(1, "board", lambda x, y: ((x.all, y.last),)),
-        "a head": Pattern(1, "board", lambda x, y: ((x.last, y.all),)),
-        "a block": Pattern(1, "block", lambda x, y: ((x.all, y.all),)),
-    }
-)  # fmt: skip
-"""By what they are called where a prototype is described."""
-
-
 def single(kind: str) -> Assembly:
     """Return one level board, block or bar, or an upright board, on the ground."""
     extents = {
@@ -252,9 +202,9 @@ def single(kind: str) -> Assembly:
         "upright bar": (BAR, BAR, LONG),
     }[kind]
     names = ("length", "depth", "height")
-    ends = tuple((ZERO, Length({name: 1.0})) for name in names)
+    x, y, z = ((ZERO, Length({name: 1.0})) for name in names)
     sizes = dict(zip(names, extents, strict=True))
-    return Assembly(f"a {kind}", sizes, (Part(*ends),))
+    return Assembly(f"a {kind}", sizes, (Part(x, y, z),))
 
 
 def pair(kind: str) -> Assembly:
@@ -269,13 +219,68 @@ def pair(kind: str) -> Assembly:
     return Assembly(f"two {kind}s", grown.sizes, (part, other))
 
 
+def angle(kind: str) -> Assembly:
+    """Return two of the parts that `single` makes at a right angle, as an L in plan."""
+    one = single(kind)
+    grown, wing = one.size("wing", WIDE)
+    long = one.parts[0]
+    other = Part((ZERO, long.y[1]), (long.y[1], long.y[1] + wing), long.z)
+    return Assembly(f"two {kind}s at a right angle", grown.sizes, (long, other), joined=False)
+
+
+def planked(count: int) -> Assembly:
+    """Return so many level boards side by side across two long upright ones."""
+    rail = single("upright board")
+    grown, apart = rail.size("apart", HIGH)
+    grown, wide = grown.size("width", LONG / (2 * count))
+    grown, thick = grown.size("thickness", THIN)
+    (long,) = rail.parts
+    away = long.y[1] + apart
+    other = replace(long, y=(away, away + long.y[1]))
+    places = Sides(*long.x, ZERO, wide).spread(count)
+    z = (long.z[1], long.z[1] + thick)
+    planks = tuple(Part(x, (ZERO, other.y[1]), z) for x in places)
+    name = f"{many(count, 'board')} across two upright ones"
+    return Assembly(name, grown.sizes, (long, other, *planks))
+
+
+def wheeled(start: Assembly) -> Assembly:
+    """Return all of it on wheels: one under each part that stands on the ground, four under one
+    that stands alone. Their tops reach a little into what they carry.
+    """
+    standing = [part for part in start.parts if not part.z[0].terms]
+    grown, across = start.size("wheel", WHEEL)
+    grown, thick = grown.size("tread", WHEEL / 3)
+    grown = grown.raised(across * (1.0 - SUNK))
+    wheels = []
+    for part in standing:
+        if len(standing) == 1:
+            x, y = (
+                Sides(*extent, ZERO, size) for extent, size in ((part.x, across), (part.y, thick))
+            )
+            plans = [(a, b) for a in (x.first, x.last) for b in (y.first, y.last)]
+        else:
+            plans = [
+                (
+                    about((part.x[0] + part.x[1]) * 0.5, across),
+                    about((part.y[0] + part.y[1]) * 0.5, thick),
+                )
+            ]
+        wheels += [Part(*plan, (ZERO, across), "wheel") for plan in plans]
+    return grown.also(f"on {many(len(wheels), 'wheel')}", wheels)
+
+
 def _sides(grown: Assembly, on: Part, pattern: str, *, flush: bool) -> tuple[Assembly, Plan, Plan]:
-    kind = PATTERNS[pattern].kind
+    kind = find_pattern(pattern).kind
     rim = ZERO
     if not flush:
         grown, rim = grown.size("inset", INSET)
-    grown, thick = grown.size("thickness", BAR if kind == "bar" else THIN)
-    x, y = (_Sides(*extent, rim, thick) for extent in (on.x, on.y))
+    # What stands in rows begins as half as wide as it could be.
+    rows = max((int(n) for n in re.findall(r"\d+", pattern)), default=0)
+    shorter = min((high - low).of(grown.sizes) for low, high in (on.x, on.y))
+    thick_m = shorter / (2 * rows) if rows else BAR if kind == "bar" else THIN
+    grown, thick = grown.size("thickness", thick_m)
+    x, y = (Sides(*extent, rim, thick) for extent in (on.x, on.y))
     return grown, x, y  # type: ignore[return-value]
 
 
@@ -283,7 +288,7 @@ def _placed(
     grown: Assembly, on: Part, pattern: str, z: Extent, *, flush: bool
 ) -> tuple[Assembly, tuple[Part, ...]]:
     grown, x, y = _sides(grown, on, pattern, flush=flush)
-    plans = PATTERNS[pattern].plan(x, y)  # type: ignore[arg-type]
+    plans = find_pattern(pattern).plan(x, y)  # type: ignore[arg-type]
     return grown, tuple(Part(*plan, z) for plan in plans)
 
 
@@ -367,10 +372,21 @@ def hung(start: Assembly, part: int, kind: str, count: int = 1) -> Assembly:
     grown, drop = start.size("drop", on.z[0].of(start.sizes) / 2)
     grown, wide = grown.size("width", HUNG[kind][0])
     grown, deep = grown.size("depth", HUNG[kind][1])
-    y = _about((on.y[0] + on.y[1]) * 0.5, deep)
+    y = about((on.y[0] + on.y[1]) * 0.5, deep)
     places = (on.x[0] + (on.x[1] - on.x[0]) * (nth / (count + 1)) for nth in range(1, count + 1))
-    placed = [Part(_about(x, wide), y, (on.z[0] - drop, on.z[0])) for x in places]
+    placed = [Part(about(x, wide), y, (on.z[0] - drop, on.z[0])) for x in places]
     return grown.also(f"{many(count, kind)} hanging from it", placed)
+
+
+def attached(start: Assembly, part: int, kind: str) -> Assembly:
+    """Return a piece against a part's side along x, half as high as that."""
+    on = start.parts[part]
+    grown, rise = start.size("height", (on.z[1] - on.z[0]).of(start.sizes) / 2)
+    grown, wide = grown.size("width", HUNG[kind][0])
+    grown, thick = grown.size("thickness", HUNG[kind][1])
+    y = about((on.y[0] + on.y[1]) * 0.5, wide)
+    placed = Part((on.x[1], on.x[1] + thick), y, (on.z[1] - rise, on.z[1]))
+    return grown.also(f"a {kind} at its side", (placed,))
 
 
 def borne(start: Assembly, first: int, second: int) -> Assembly:
@@ -380,10 +396,6 @@ def borne(start: Assembly, first: int, second: int) -> Assembly:
     grown, out = grown.size("overhang", 2 * INSET)
     x, y = (a.x[0] - out, b.x[1] + out), (a.y[0] - out, b.y[1] + out)
     return grown.also("a board beneath", (Part(x, y, (a.z[0] - thick, a.z[0])),))
-
-
-def _about(middle: Length, extent: Length) -> Extent:
-    return middle - extent * 0.5, middle + extent * 0.5
 
 
 def flanked(start: Assembly, first: int, second: int) -> Assembly:

@@ -1,6 +1,6 @@
 """Judging of forms: one model, and its verdicts on solids."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -25,11 +25,14 @@ class Candidate:
 class Workbench:
     """A model of a knowledge base, asked about exact solids.
 
+    `report` is called with the number of solids that were judged.
     `missed` are the labels that solids missed together, each set with the best of those solids.
     """
 
-    def __init__(self, base: KnowledgeBase, model: str) -> None:
-        self._base = base
+    def __init__(
+        self, base: KnowledgeBase, model: str, report: Callable[[int], None] | None = None
+    ) -> None:
+        self._base, self._report = base, report
         self.model = model
         self.judged = 0
         self.missed: dict[frozenset[str], Candidate] = {}
@@ -37,6 +40,8 @@ class Workbench:
     def judge(self, scene: Scene, sizes: Mapping[str, float]) -> Judged:
         """Return what the model says of the only thing in a scene."""
         self.judged += 1
+        if self._report is not None:
+            self._report(self.judged)
         self._base.load_scene(
             SCENE,
             (fact.row for fact in scene_facts(scene)),

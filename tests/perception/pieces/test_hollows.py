@@ -10,6 +10,7 @@ from facetlog.perception.shapes.meshes.mesh_scene import make_mesh_scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import FloatArray
 from tests.perception.pieces.test_openings import UP, Box, facts
+from tests.perception.space.simulated_scans import eye_at, scanned
 
 # A shaft of four walls, a metre square within walls of 10 cm, and 60 cm high.
 RING: tuple[Box, ...] = (
@@ -31,6 +32,13 @@ FRONT: tuple[Box, ...] = (
     ((0.75, 0.0, 0.0), (1.2, 0.1, 0.6)),
     ((0.45, 0.0, 0.0), (0.75, 0.1, 0.15)),
     ((0.45, 0.0, 0.45), (0.75, 0.1, 0.6)),
+)
+# A crate with walls of a cell, without the one in front.
+THREE: tuple[Box, ...] = (
+    ((0.0, 0.0, 0.0), (0.4, 0.3, 0.01)),
+    ((0.0, 0.29, 0.01), (0.4, 0.3, 0.25)),
+    ((0.0, 0.0, 0.01), (0.01, 0.29, 0.25)),
+    ((0.39, 0.0, 0.01), (0.4, 0.29, 0.25)),
 )
 TURNED = Rotation.from_euler("z", 33.0, degrees=True).as_matrix()
 MIRRORED = np.diag([-1.0, 1.0, 1.0])
@@ -80,8 +88,8 @@ def test_a_hole_in_front_opens_a_closed_box_to_that_side() -> None:
 
 @pytest.mark.parametrize(
     "boxes",
-    [(*RING, LID), (LID,), ROOF, (*RING, ((0.1, 0.1, 0.0), (1.1, 1.1, 0.6)))],
-    ids=["upside down", "board", "gate", "filled"],
+    [(*RING, LID), (LID,), ROOF, (*RING, ((0.1, 0.1, 0.0), (1.1, 1.1, 0.6))), THREE],
+    ids=["upside down", "board", "gate", "filled", "three walls"],
 )
 def test_what_is_covered_or_filled_has_none(boxes: tuple[Box, ...]) -> None:
     rows = facts(of_boxes(*boxes))
@@ -95,6 +103,22 @@ def test_what_is_covered_or_filled_has_none(boxes: tuple[Box, ...]) -> None:
 )
 def test_furniture_has_hollows_where_a_person_says_so(name: str, count: int) -> None:
     assert len(facts(build(name, {}))["hollow_of"]) == count
+
+
+def test_what_lies_behind_two_posts_is_none() -> None:
+    posts: tuple[Box, ...] = (
+        ((0.0, 1.9, 0.0), (0.1, 2.0, 0.3)),
+        ((0.9, 1.9, 0.0), (1.0, 2.0, 0.3)),
+    )
+    bed: tuple[Box, ...] = (((0.0, 0.0, 0.0), (1.0, 0.1, 0.8)), ((0.0, 0.1, 0.3), (1.0, 2.0, 0.5)))
+    assert not facts(of_boxes(*bed, *posts))["hollow_of"]
+
+
+def test_a_scan_from_above_finds_what_it_saw_but_knows_of_no_more() -> None:
+    solid = build("tray", {})
+    rows = facts(scanned(solid, eye_at(solid, 20.0, 60.0)))
+    assert [row[1] for row in rows["hollow_mouth"]] == ["top"]
+    assert not rows["hollows_known"]
 
 
 def test_none_is_known_without_up() -> None:

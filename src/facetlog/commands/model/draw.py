@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.commands.shape_options import StatedOptions
 from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, Overwrite, command
 from facetlog.errors import InputError
-from facetlog.terminal import printable
+from facetlog.terminal import printable, show_progress
 
 if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis
@@ -85,7 +86,7 @@ def draw_command(
         return _draw_example(name, example, models, out, overwrite=overwrite, as_json=as_json)
     folder = out or Path("drawn") / Path(name).stem
     check_replaceable(folder, inputs=models.paths)
-    with _open_workbench(name, models) as bench:
+    with _open_workbench(name, models, effort) as bench:
         search = searched(bench, effort)
         if not search.best.judged.holds:
             lines = list(_explain_conflict(search))
@@ -188,6 +189,7 @@ def _to_json(search: "Search") -> dict[str, object]:
 def sample_command(
     name: ModelName,
     models: ModelOptions,
+    stated: StatedOptions,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Output folder (default: samples/NAME)."),
@@ -196,6 +198,12 @@ def sample_command(
         int, typer.Option("-n", "--count", metavar="N", min=1, help="Number of scenes.")
     ] = 20,
     seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Random seed.")] = 0,
+    like: Annotated[
+        Path | None,
+        typer.Option(
+            "--like", metavar="MESH", help="Stretch and turn this mesh instead of searching solids."
+        ),
+    ] = None,
     effort: Effort = EFFORT,
     as_json: AsJson = False,
 ) -> int:
@@ -205,15 +213,14 @@ def sample_command(
     and samples.png. Exit codes as of `model draw`.
     """
     from facetlog.output_folder import check_replaceable, output_folder
-    from facetlog.prototype.search import searched
 
     if faults := _find_errors(name, models.paths):
         typer.echo(faults)
         return NO
     folder = out or Path("samples") / Path(name).stem
-    check_replaceable(folder, inputs=models.paths)
-    with _open_workbench(name, models) as bench:
-        search = searched(bench, effort)
+    check_replaceable(folder, inputs=[*models.paths, *([like] if like else [])])
+    with _open_workbench(name, models, effort) as bench:
+        search = _find_samples(bench, like, stated, effort)
         if not search.best.judged.holds:
             typer.echo("\n".join(map(printable, _explain_conflict(search))))
             return NO
@@ -237,6 +244,20 @@ def sample_command(
         if never:
             typer.echo(printable(f"no near miss was found that fails alone: {', '.join(never)}"))
     return YES
+
+
+def _find_samples(
+    bench: "Workbench", like: Path | None, stated: StatedOptions, effort: int
+) -> "Search":
+    """Return a search that found what to vary: a mesh, or any solids that hold."""
+    from facetlog.prototype.mesh_form import read_mesh_form
+    from facetlog.prototype.search import Search, searched
+
+    if like is None:
+        return searched(bench, effort)
+    search = Search(bench, effort)
+    search.look([read_mesh_form(like, stated.to_shape_options())])
+    return search
 
 
 def _make_samples(search: "Search", count: int, seed: int) -> "tuple[list[Sample], list[str]]":
@@ -308,8 +329,10 @@ def _list_files(name: str, models: Sequence[Path]) -> list[Path]:
 
 
 @contextmanager
-def _open_workbench(name: str, models: ModelOptions) -> "Iterator[Workbench]":
-    """Open what judges solids by the model that is meant; InputError if it is not clear which."""
+def _open_workbench(name: str, models: ModelOptions, effort: int) -> "Iterator[Workbench]":
+    """Open what judges solids by the model that is meant, and shows how many of them it judged;
+    InputError if it is not clear which model that is.
+    """
     from facetlog.kb.recognize import open_knowledge_base
     from facetlog.prototype.workbench import Workbench
 
@@ -325,7 +348,13 @@ def _open_workbench(name: str, models: ModelOptions) -> "Iterator[Workbench]":
             name = inside[0]
         elif name not in base.models:
             raise InputError(f"there is no model {name}; there are {', '.join(base.models)}")
-        yield Workbench(base, name)
+        with show_progress() as progress:
+
+            def report(judged: int) -> None:
+                if progress is not None:
+                    progress("solids tried", judged, max(judged, effort))
+
+            yield Workbench(base, name, report)
 
 
 def _explain_conflict(search: "Search") -> Iterator[str]:
