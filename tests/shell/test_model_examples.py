@@ -37,7 +37,10 @@ def test_a_failing_example_is_explained_with_its_place(run, tmp_path):
     assert code == 1
     assert 'slab.model:7:3: failed: slab "board": it fails, expected was that it holds' in out
     assert "- thin: it is thin" in out
-    assert "height of t1's highest point = 5.000 ± 0.087 cm, needs at most 4 cm: 1 cm over" in out
+    assert (
+        "t1's own height = 5.000 ± 0.087 cm, needs at most 4 cm (5 % of length(t1)): 1 cm over"
+        in out
+    )
     assert out.splitlines()[-1] == "2 examples, 1 passed, 1 failed"
 
 
@@ -99,7 +102,7 @@ def test_coverage_counts_lines_and_gives_margins(run):
     assert "line 6 2 0 0 expected only" in lines
     assert "never decided: level" in lines
     (block,) = (line for line in lines if line.startswith("slab block fails"))
-    assert "height of t1's highest point were 34 cm less" in block
+    assert "t1's own height were 34 cm less" in block
     found = json.loads(run("model", "test", "slab.model", "--coverage", "--output", "json")[1])
     assert (found["schema"], found["passed"], found["failed"]) == ("facetlog-model-test/1", 2, 0)
     board, block = found["examples"]
