@@ -434,7 +434,8 @@ truth(share_corner(Faces), corner_of_all(Faces),        seen(Faces)).
 
 %!  rests_on(?Relation, -Test) is semidet.
 %
-%   Test is what decides Relation, to say by how much it fails: of facts that perception decides.
+%   Test is what decides Relation, to say by how much it fails: of facts that perception decides, with
+%   its limits (perception/facts/pieces/solid_boxes.py).
 
 rests_on(piece_beside(X, Y),
          all([ at_least(shared_height(X, Y), 0.5),
