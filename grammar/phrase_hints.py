@@ -62,6 +62,22 @@ ORDER = (
 _OUTLINE = "count the corners of a face's outline: `corners(top) = 6`"
 _ENCLOSED = "write `enclosed(floor) at least 85 %`"
 
+_SQUARE = "write `angle(a, b) = 90 deg ± 10 deg`"
+_ALONG = "write `parallel(a, b, 10 deg)`"
+_TILTED = "say how much: `tilt(leg) between 60 deg and 85 deg`; 0 is level, 90 upright"
+_LIES = "write `a is level`, or `b carries a` of what lies on another"
+_STANDS = "write `a is upright`, `a is on_ground`, or `b carries a`"
+_TOUCH = "write `a joins b` of pieces, `a adjoins b` of faces"
+_CENTRED = (
+    "write `distance(a, b) at most 10 % of width(b)`: seen from above, how far apart their middles "
+    "are"
+)
+_SYMMETRIC = "say what is alike on both sides: `inset(left, seat) about inset(right, seat)`"
+_SAME = (
+    "compare measures: `length(a) about length(b)`; of a set `lowest of length(x) at least 95 % of "
+    "highest of length(x)`"
+)
+
 SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
     {
         "whole": _BY_SPACE,
@@ -73,6 +89,33 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         "slender": "call it a `bar`, or write `width(leg) at most 10 % of length(leg)`",
         "seen": "write `measured`: not only completed from what is round it",
         "visible": "write `measured`: not only completed from what is round it",
+        **dict.fromkeys(
+            ("perpendicular", "orthogonal", "crosswise", "crossways", "crosses", "across"), _SQUARE
+        ),
+        **dict.fromkeys(("lengthwise", "lengthways", "aligned", "along"), _ALONG),
+        **dict.fromkeys(
+            (
+                "tilted",
+                "leaning",
+                "leans",
+                "sloping",
+                "slopes",
+                "sloped",
+                "slanted",
+                "slanting",
+                "inclined",
+                "splayed",
+                "oblique",
+                "diagonal",
+            ),
+            _TILTED,
+        ),
+        **dict.fromkeys(("lying", "lies"), _LIES),
+        "stands": _STANDS,
+        **dict.fromkeys(("touching", "touch", "meets", "contacts"), _TOUCH),
+        **dict.fromkeys(("centred", "centered", "central", "centre", "middle"), _CENTRED),
+        **dict.fromkeys(("symmetric", "symmetrical", "mirrored"), _SYMMETRIC),
+        **dict.fromkeys(("equal", "equals", "same", "same_size", "identical", "alike"), _SAME),
         "ground": _ON_GROUND,
         "floor": _ON_GROUND,
         "stands_on": _ON_GROUND,
@@ -186,6 +229,12 @@ _PHRASES = (
         r"\b(?:perpendicular|square|at\s+right\s+angles)\s+to\b.*",
         "write `angle(back, seat) = 90 deg ± 10 deg`",
     ),
+    (r"\b(?:across\s+\w+|cross(?:wise|ways)\b.*)", _SQUARE),
+    (r"\blength(?:wise|ways)\b.*", _ALONG),
+    (r"\b(?:leans?|leaning)\s+(?:on|against|over)\b.*", f"{_TILTED}; and `leg joins top`"),
+    (r"\b(?:centred|centered|(?:in|at)\s+the\s+(?:middle|centre|center))\b.*", _CENTRED),
+    (r"\b(?:aligned|in\s+line)\s+with\b.*", _ALONG),
+    (r"\b(?:equal|identical|same)\b.*", _SAME),
     (r"\bon\s+top\s+of\b.*", "write `back above seat`, or `seat carries back`"),
     (
         r".*\b(?:(?:sorted|ordered)\s+(?:by|along)|than\s+the\s+(?:one|last|next|previous)"

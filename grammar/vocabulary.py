@@ -265,8 +265,11 @@ _WORDS = (
                meaning="it was seen, not only completed from its neighbours"),
     _condition("upward", FACE, meaning="its outward normal points up", unknown=_UP),
     _condition("downward", FACE, meaning="its outward normal points down", unknown=_UP),
-    _condition("level", ELEMENT | PIECE, meaning="within 10 degrees of level", unknown=_UP),
-    _condition("upright", ELEMENT | PIECE, meaning="within 10 degrees of upright", unknown=_UP),
+    _condition("level", ELEMENT | PIECE, unknown=_UP,
+               meaning="within 10 degrees of level; of a block any of its sides is, so that it is "
+                       "not tilted"),
+    _condition("upright", ELEMENT | PIECE, unknown=_UP,
+               meaning="within 10 degrees of upright: the length of a bar, else the broad side"),
     # Edges, vertices, things
     _measure("edge_length", Gives.LENGTH, EDGE, meaning="its length"),
     _measure("faces_at", Gives.COUNT, VERTEX, meaning="the number of faces that meet there"),
@@ -328,7 +331,8 @@ _WORDS = (
     _condition("beside", IN_SPACE, IN_SPACE, symmetric=True, yields=True,
                unknown=_SPACE,
                meaning="at least half the height of the lower one is shared by the other, and at "
-                       "most 10 % of the smaller one lies over or under the other"),
+                       "most 10 % of the smaller one lies over or under the other; what is sunk "
+                       "into it does not count, if that is at most two thirds"),
     _condition("inside", IN_SPACE, IN_SPACE, yields=True,
                unknown=_UNSEEN,
                meaning="the least box around it lies in that around the other, or in the free "

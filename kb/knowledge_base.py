@@ -40,7 +40,7 @@ from facetlog.kb.explaining.decode_verdict import (
 )
 from facetlog.kb.explaining.origin import Origin
 from facetlog.kb.explaining.records import decode_record
-from facetlog.kb.explaining.sight import Sight
+from facetlog.kb.explaining.sight import OtherThing, Sight
 from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
@@ -270,7 +270,7 @@ class KnowledgeBase(Closing):
         if verdict.is_unseen:
             missed = unseen(sight, verdict.thing, self._scene(scene).length_unit)
             verdict = replace(verdict, unseen=missed)
-        verdict = replace(verdict, assumed=sight.assumed)
+        verdict = self._add_others(replace(verdict, assumed=sight.assumed), scene)
         return verdict if parts else self._add_confidence(verdict, scene)
 
     def _add_confidence(self, verdict: Verdict, scene: str) -> Verdict:
@@ -288,6 +288,13 @@ class KnowledgeBase(Closing):
             replace(found, unseen=missed[found.thing]) if found.is_unseen else found
             for found in verdicts
         )
+
+    def _add_others(self, verdict: Verdict, scene: str) -> Verdict:
+        """Return the verdict with the other things near it, if it lacks a part."""
+        if not verdict.lacks_pieces:
+            return verdict
+        answer = self._request_explanation("others_near", scene, (Atom(verdict.thing),))
+        return replace(verdict, others=decode_record(answer, tuple[OtherThing, ...]))
 
     def _sight(self, scene: str, thing: str) -> Sight:
         sight: Sight = decode_record(
@@ -320,6 +327,7 @@ class KnowledgeBase(Closing):
         about = (*self._build_subject_terms(model, thing, parts), int(count))
         found = self._request_explanation("why_not", scene, about)
         verdicts = decode_verdicts(found, length_unit=self._scene(scene).length_unit)
+        verdicts = tuple(self._add_others(verdict, scene) for verdict in verdicts)
         return self.add_unseen_causes(verdicts, scene)
 
     def origin(self, scene: str, about: str) -> Origin:

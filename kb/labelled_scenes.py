@@ -5,6 +5,7 @@ import io
 import logging
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeAlias
 
@@ -30,6 +31,9 @@ SceneReader: TypeAlias = Callable[[Path], Iterable[Fact]]
 
 TABLE = "expected.csv"
 """The table in a folder of labelled scenes."""
+
+MISSPELT = 0.7
+"""difflib's ratio above which a name is that of a tested model, misspelt: one letter of four."""
 
 SIGNS = {"+": State.HOLDS, "-": State.FAILS}
 """Sign after a model's name in a file's: what the model should say of it."""
@@ -115,9 +119,9 @@ def _list_named_cases(
 
 
 def _warn_of_others(folder: Path, models: Sequence[str], known: Collection[str]) -> None:
-    """Warn of the files of a folder that are left out, since no model of their name is tested.
+    """Warn of the files of a folder that are left out, though a model of almost that name is known.
 
-    Raise InputError if that is all of them.
+    Raise InputError if no file is of a model that is tested.
     """
     others = [model for model in models if model not in known]
     if len(others) == len(models):
@@ -125,11 +129,10 @@ def _warn_of_others(folder: Path, models: Sequence[str], known: Collection[str])
             f"{folder}: no file is of a model that is tested: list them in {TABLE} (first line "
             "file,model,expected), or name them MODEL+… (should hold) and MODEL-… (should fail)"
         )
-    if others:
-        names = ", ".join(map(repr, sorted(set(others))))
-        _LOG.warning(
-            "%s: left out, of no model that is tested (%d): %s", folder, len(others), names
-        )
+    for name in sorted(set(others)):
+        if near := get_close_matches(name, known, n=1, cutoff=MISSPELT):
+            count = others.count(name)
+            _LOG.warning("%s: left out (%d), %r: did you mean %s?", folder, count, name, near[0])
 
 
 def _text(path: Path) -> str:

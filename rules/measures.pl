@@ -89,6 +89,10 @@ measure(piece_elevation(P), V, Sd, length) :- middle_of_ends(piece_heights(P), V
 measure(piece_top_of(P), V, Sd, length) :- fact(piece_heights(P, _, V, Sd)).
 measure(piece_bottom_of(P), V, Sd, length) :- fact(piece_heights(P, V, _, Sd)).
 measure(piece_tilt(P), V, Sd, deg)      :- fact(piece_tilt(P, V, Sd)).
+measure(shared_height(X, Y), V, 0, ratio) :- fact(beside_shares(X, Y, V, _, _)).
+measure(sunk_share(X, Y), V, 0, ratio)  :- fact(beside_shares(X, Y, _, V, _)).
+measure(over_share(X, Y), V, 0, ratio)  :- fact(beside_shares(X, Y, _, _, V)).
+measure(piece_side_tilt(P), V, Sd, deg) :- fact(piece_side_tilt(P, V, Sd)).
 measure(piece_angle(P, Q), V, Sd, deg)  :- fact(piece_angle(P, Q, V, Sd)).
 measure(piece_overlap(P, Q), V, Sd, ratio) :- fact(piece_overlap(P, Q, V, Sd)).
 measure(inset(P, Q), V, Sd, length)     :- fact(piece_inset(P, Q, V, _, Sd)).

@@ -22,6 +22,7 @@
                         as_far_as_seen/3,     % +Thing, :Steps, -Parts
                         each_pair/4,          % -X, -Y, ?Faces, :Test
                         relation/2,           % +Relation, -Truth
+                        rests_on/2,           % ?Relation, -Test
                         missing_because/2,    % +MeasureOrRelation, -Cause
                         known_relation/1,     % ?Relation
                         derived_word/1        % ?Word
@@ -352,6 +353,7 @@ missing_because(Word, Cause) :-
     ).
 
 needs_up(tilt(_)).
+needs_up(side_tilt(_)).
 needs_up(elevation(_)).
 needs_up(height(_)).
 needs_up(top_of(_)).
@@ -430,6 +432,17 @@ truth(whole(T),            fact(whole(T)),              seen([T])).
 truth(scanned(T),          fact(scanned(T)),            seen([T])).
 truth(share_corner(Faces), corner_of_all(Faces),        seen(Faces)).
 
+%!  rests_on(?Relation, -Test) is semidet.
+%
+%   Test is what decides Relation, to say by how much it fails: of facts that perception decides, with
+%   its limits (perception/facts/pieces/solid_boxes.py).
+
+rests_on(piece_beside(X, Y),
+         all([ at_least(shared_height(X, Y), 0.5),
+               at_most(sunk_share(X, Y), Sunk),
+               at_most(over_share(X, Y), 0.1) ])) :-
+    Sunk is 2/3.
+
 %   No fact is about a part that was not seen.
 seen(Parts) :-
     \+ ( member(Part, Parts), Part == unseen ).
@@ -504,7 +517,11 @@ means(block(P),
             soft(at_least(piece_width(P)/piece_length(P), Share), Fade) ])) :-
     tolerance(slender, Share),
     tolerance(shape, Fade).
-means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limit).
+%   A block may lie on any of its sides.
+means(piece_level(P),
+      any([ at_most(piece_tilt(P), Limit),
+            all([ block(P), at_most(piece_side_tilt(P), Limit) ]) ])) :-
+    tolerance(level, Limit).
 means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
 means(piece_parallel(P, Q, Tol), at_most(piece_angle(P, Q), Tol)).
 %   Solids have a height: those side by side are neither above nor below one another.

@@ -65,6 +65,11 @@ def test_a_word_is_explained_in_all_its_topics(capsys):
 def test_a_word_that_there_is_not_is_refused_with_the_nearest(capsys):
     assert main(["model", "words", "elevaton"]) == 2
     assert "elevation" in capsys.readouterr().err
+    assert main(["model", "words", "frobnitz", "tilt", "splayed"]) == 2
+    out, err = capsys.readouterr()
+    assert "unknown when: up is not known" in out
+    assert "`tilt(leg) between" in out
+    assert ("frobnitz" in err, "did you mean" in err) == (True, False)
 
 
 def test_builtin_models_are_listed_and_shown(capsys):

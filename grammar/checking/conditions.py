@@ -181,15 +181,16 @@ class ConditionChecker(MeasureChecker):
         if name in self.scope.defines or name in self.scope.words:
             self._check_condition_word(node.name, (node.subject,), node, names)
             return
-        found = self.type_of(node.subject, names)
         if name in self.scope.roles:
+            found = self.type_of(node.subject, names)
             self.references.append((name, node.name))
             if isinstance(found, Element) and not found.kinds & THING:
                 self.fault("kind", f"`{name}` is said of things, this is {found}", node.subject)
             return
         known = [w.name for w in self.scope.words.values() if w.is_condition]
         others = [*known, *self.scope.roles, *self.scope.defines]
-        self.unknown_word(node.name, f"`{name}` is no property", others)
+        message = f"`{name}` is no property"
+        self.unknown_statement(node.name, (node.subject,), message, others, names)
 
     def _check_condition_word(
         self, name: s.Name, subjects: tuple[s.Expression, ...], node: s.Expression, names: Names

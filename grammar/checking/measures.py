@@ -202,6 +202,30 @@ class MeasureChecker(ABC):
             hint, fixes = said(name.text, known), make_respelling(name, known)
             self.fault("unknown-word", message, name, hint, fixes)
 
+    def unknown_statement(
+        self,
+        name: s.Name,
+        subjects: tuple[s.Expression, ...],
+        message: str,
+        known: Collection[str],
+        names: Names,
+    ) -> None:
+        """Report the unknown word that a statement rests on: not what follows from it, as that a
+        subject is another word of the same phrase, or a set."""
+        named = {*names, *self.scope.symbols, *self.scope.lets}
+        told = name
+        for subject in subjects:
+            if not isinstance(subject, s.Reference):
+                self.type_of(subject, names)
+            elif subject.name.text not in named:
+                if make_respelling(subject.name, named):
+                    self._report_unknown(subject.name, names)
+                elif name.text not in SPOKEN_WORDS and subject.name.text in SPOKEN_WORDS:
+                    told = subject.name
+        if told is not name:
+            message = f"nothing here is called `{told}`"
+        self.unknown_word(told, message, known)
+
     def _check_applied(
         self,
         name: s.Name,
@@ -214,10 +238,14 @@ class MeasureChecker(ABC):
             return self._check_definition(name, arguments, node, names)
         word = self.scope.words.get(name.text)
         if word is None:
-            for argument in arguments:
-                self.type_of(argument, names)
             known = {**self.scope.words, **self.scope.defines, "count": None}
-            self.unknown_word(name, f"`{name}` is no word of the vocabulary", known)
+            if isinstance(node, s.Call):
+                for argument in arguments:
+                    self.type_of(argument, names)
+                self.unknown_word(name, f"`{name}` is no word of the vocabulary", known)
+            else:
+                message = f"`{name}` is no word of the vocabulary"
+                self.unknown_statement(name, arguments, message, known, names)
             return None
         if not self._check_arity(word, name, arguments):
             return None
@@ -226,7 +254,8 @@ class MeasureChecker(ABC):
                 self._check_dimension(word, argument, names)
                 continue
             wanted = word.arguments[min(number, len(word.arguments) - 1)]
-            self._check_kind(word, argument, wanted, names)
+            if not self._check_kind(word, argument, wanted, names):
+                return None  # of the others the same word would be said again
         if word.alike:
             self._check_same_kind(word, arguments[: len(word.arguments)], node, names)
         named = [a.name.text for a in arguments if isinstance(a, s.Reference)]
@@ -257,10 +286,11 @@ class MeasureChecker(ABC):
             message = f"this is {found}, `{word.name}` wants {wanted}"
             self.fault("dimension", message, argument, fixes=fixes)
 
-    def _check_kind(self, word: Word, argument: s.Expression, wanted: Kinds, names: Names) -> None:
+    def _check_kind(self, word: Word, argument: s.Expression, wanted: Kinds, names: Names) -> bool:
+        """Report an argument of another kind than the word wants; return whether it is none."""
         found = self.type_of(argument, names)
         if found is None:
-            return
+            return True
         if not isinstance(found, Element):
             self.fault("kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument)
         elif not found.kinds & wanted:
@@ -268,6 +298,7 @@ class MeasureChecker(ABC):
             self.fault(
                 "kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument, hint
             )
+        return isinstance(found, Element) and bool(found.kinds & wanted)
 
     def _check_same_kind(
         self, word: Word, arguments: tuple[s.Expression, ...], node: s.Expression, names: Names

@@ -137,6 +137,15 @@ RESERVED_NAMES = frozenset({"none", "error"})
 """Names that result tables use for "no model holds" and for failed scenes."""
 
 
+def _name_one_kind(owned: Owned[s.Part]) -> str:
+    """Return a part of the kind of a set, as it is declared."""
+    kind = str(owned.node.kind)
+    return f"{_ONE_OF.get(kind, kind.removesuffix('s'))} first"
+
+
+_ONE_OF = {"vertices": "vertex"}
+
+
 @dataclass(slots=True)
 class _ModelChecker(ConditionChecker):
     extents: Extents = field(init=False)
@@ -164,7 +173,7 @@ class _ModelChecker(ConditionChecker):
                 "no-parts",
                 f"`{model.name}` has sets only",
                 model.written.name,
-                "name one part that the others are found from: `face top`",
+                f"name one part that the others are found from: `{_name_one_kind(model.parts[0])}`",
             )
         if not model.lines and not any(map(self._is_decisive, self.scope.symbols.values())):
             self.fault(

@@ -8,7 +8,7 @@ more than one is a contradiction.
 import math
 from collections import deque
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.measures import DIMENSIONS
@@ -17,7 +17,7 @@ from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.scope import THIS, PartSymbol, SetSymbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import THING, VOCABULARY
+from facetlog.grammar.vocabulary import PIECE, THING, VOCABULARY
 
 SolidBound = tuple[Atom, Atom, float, bool]
 """The first is at least so many times the second; whether that is sure."""
@@ -226,13 +226,15 @@ def find_contradictions(claims: Claims, reported: set[Place]) -> Iterator[Fault]
     atoms = {atom for c in claims.claims for b in c.bounds for atom in b.half.terms}
     for edge in _iter_given(claims, atoms):
         graph.add(edge)
+    blocks = _Blocks(claims)
     for claim, sure in claims.iter_premises():
-        against = next((k for k in iter_excluded(claim.key) if k in conditions), None)
+        key = blocks.replace_level(claim.key)
+        against = next((k for k in iter_excluded(key) if k in conditions), None)
         if against is not None:
             other, other_sure = conditions[against]
             yield from _report((claim, other), (), sure and other_sure, reported)
             continue
-        for edge in _iter_edges(claim, sure, atoms):
+        for edge in _iter_edges(replace(claim, key=key), sure, atoms):
             factor, path = graph.find_best(edge.lesser, edge.greater)
             if factor * edge.factor <= 1 + EQUAL:
                 graph.add(edge)
@@ -244,7 +246,30 @@ def find_contradictions(claims: Claims, reported: set[Place]) -> Iterator[Fault]
             involved = (claim, *(e.why for e in path if e.why is not None))
             given = tuple(e for e in path if e.why is None)
             yield from _report(involved, given, certain, reported, only_zero=not positive)
-        conditions.setdefault(claim.key, (claim, sure))
+        conditions.setdefault(key, (claim, sure))
+
+
+class _Blocks:
+    """The parts that may be blocks: these are level on any side, and their tilt is that of one."""
+
+    def __init__(self, claims: Claims) -> None:
+        said = [claim.said for claim in claims.claims]
+        self._others = {x[1] for x in said if isinstance(x, tuple) and x[0] in ("board", "bar")}
+        self._symbols = claims.scope.symbols
+
+    def replace_level(self, key: Hashable) -> Hashable:
+        """Return the key of a condition, where a part that may be a block is level that of one that
+        says nothing of its tilt."""
+        match key:
+            case ("not", inner):
+                return "not", self.replace_level(inner)
+            case ("every", of_set, inner):
+                return "every", of_set, self.replace_level(inner)
+            case ("level", (str() as one,) as of) if of not in self._others:
+                symbol = self._symbols.get(one[1:])
+                if not isinstance(symbol, PartSymbol | SetSymbol) or symbol.kinds == PIECE:
+                    return "level on a side", of
+        return key
 
 
 def _report(

@@ -1,5 +1,6 @@
 """Prolog's verdicts, verdict/10 of judge.pl, as Verdict."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from facetlog.kb.explaining.wording import (
     describe_unknown,
     readable,
 )
+from facetlog.plurals import many
 
 __all__ = ["decode_explained", "decode_verdict", "decode_verdicts"]
 
@@ -30,7 +32,38 @@ def decode_verdicts(term: Term, *, length_unit: str | None) -> tuple[Verdict, ..
 def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
     """Return the verdict of verdict/10 of judge.pl. Raise EngineError if it cannot be read."""
     verdict: Verdict = decode_record(term, Verdict, {Part: _part, Proof: _decode_proof})
-    return replace(verdict, length_unit=length_unit)
+    singles = {part.role for part in verdict.parts if not part.is_group}
+    conditions = tuple(
+        replace(line, proof=_describe_left_part(line.proof, line.label, verdict.thing))
+        if line.label in singles
+        else line
+        for line in verdict.conditions
+    )
+    return replace(verdict, conditions=conditions, length_unit=length_unit)
+
+
+_KINDS = {"p": "piece", "o": "opening", "h": "hollow", "f": "face"}
+
+
+def _describe_left_part(proof: Proof, role: str, thing: str) -> Proof:
+    """Return the proof of a single part's line, where what is counted is all that there is for it
+    and for the parts before it."""
+    step = proof.detail
+    if proof.name == "all":
+        children = (_describe_left_part(child, role, thing) for child in proof.children)
+        return replace(proof, children=tuple(children))
+    if not isinstance(step, Note) or step.counted is None or not proof.test.startswith("at_least"):
+        return proof
+    found, wanted = step.counted
+    kind = next((_KINDS[m[1]] for m in re.finditer(r"\b([pohf])\d", proof.test)), "")
+    if not kind:
+        return proof
+    there = many(found, kind)
+    words = f"{thing} has {there} for {wanted} parts"
+    if proof.state is not State.HOLDS:
+        so_far = " so far" if proof.state is State.UNKNOWN else ""
+        words = f"nothing is left for {role}: {thing} has but {there}{so_far} for {wanted} parts"
+    return replace(proof, detail=replace(step, words=words))
 
 
 def decode_explained(term: Term, *, length_unit: str | None) -> Verdict:

@@ -15,10 +15,16 @@ __all__ = [
 _HEIGHTS = {
     "elevation": "the height of {}'s middle",
     "top_of": "the height of {}'s highest point",
-    "thing_height": "the height of {}'s highest point",
     "bottom_of": "the height of {}'s lowest point",
     "height": "{}'s own height",
 }
+_SIDE_TILT = re.compile(r"\bside_tilt\(([^\W\d]\w*)\)")
+_OF_TWO = {
+    "shared_height": "shared height of {} and {}",
+    "sunk_share": "sunk share of {} and {}",
+    "over_share": "overlap of {} and {} from above",
+}
+_TWO = re.compile(rf"\b({'|'.join(_OF_TWO)})\((\w+), (\w+)\)")
 _HEIGHT = re.compile(rf"\b({'|'.join(_HEIGHTS)})\(([^\W\d]\w*)\)")
 # One measure over another or a number: neither is a sum, which stands in brackets.
 _RATIO = re.compile(r"(\w+\([^()]*\))/(\w+\([^()]*\)|[\d.]+)")
@@ -35,6 +41,8 @@ def measure_words(measure: str) -> str:
     "height of f1's middle - height of f2's lowest point"
     """
     words = _HEIGHT.sub(lambda m: _HEIGHTS[m[1]].format(m[2]).removeprefix("the "), measure)
+    words = _TWO.sub(lambda m: _OF_TWO[m[1]].format(m[2], m[3]), words)
+    words = _SIDE_TILT.sub(r"tilt of \1's most level side", words)
     return re.sub(r"(?<=[a-z)])([-+])(?=[a-z(])", r" \1 ", words) if words != measure else measure
 
 
@@ -65,7 +73,7 @@ def describe_height(measure: str) -> str:
 def describe_limit(limit: str) -> str:
     """Return a limit that was measured itself, as an author would write it.
 
-    >>> describe_limit("0.75*thing_height(t1)"), describe_limit("width(f2)")
+    >>> describe_limit("0.75*top_of(t1)"), describe_limit("width(f2)")
     ("75 % of the height of t1's highest point", 'width(f2)')
     """
     share = _SHARE.match(limit)

@@ -80,11 +80,9 @@ class VertexOrigin(_Named):
     sightings: tuple[Sighting, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """Return the vertex, then a line for each picture that shows it."""
+        """Return the vertex, then a line for each picture that shows it; none of a mesh does."""
         label = f" ({self.label})" if self.label else ""
         yield f"{self.name}{label}{self._format_position(length_unit)}"
-        if not self.sightings:
-            yield "  seen in no picture"
         shown = len(self.sightings) if full else SHOWN
         for sighting in self.sightings[:shown]:
             yield f"  seen in {sighting}"

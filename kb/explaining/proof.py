@@ -56,6 +56,8 @@ class Side(StrEnum):
     ABOVE = "above"
 
 
+_SHAPES = frozenset({"board", "bar", "block"})
+
 MARKS = {State.HOLDS: "+", State.FAILS: "-", State.UNKNOWN: "?"}
 
 
@@ -328,16 +330,26 @@ class Proof:
         """The measured value that decides this step, if one does: also that of a shape."""
         if isinstance(self.detail, Comparison):
             return self.detail
-        if not self.other_shape:
+        if not self.shape:
             return None
         shares = tuple(self.comparisons())
-        is_by_thickness = len(shares) == 1 or self.other_shape == "board"
+        if self.state is State.HOLDS:
+            return min(shares, key=lambda c: abs(c.value - c.within.limits[0]), default=None)
+        is_by_thickness = len(shares) == 1 or self.shape == "board"
         return shares[0 if is_by_thickness else -1]
 
     @property
     def other_shape(self) -> str:
         """The shape of a piece that is not of the one that is wanted; empty of other steps."""
         return self.detail.about if isinstance(self.detail, Note) and self.name == "short" else ""
+
+    @property
+    def shape(self) -> str:
+        """The shape of a piece where a step tells or denies that it is of one, as far as known."""
+        word = self.test.partition("(")[0]
+        if self.name == "short" and self.state is State.HOLDS and word in _SHAPES:
+            return word
+        return self.other_shape
 
     def comparisons(self) -> Iterator[Comparison]:
         """Return all measured values that the proof rests on, in order."""
@@ -376,6 +388,8 @@ class Proof:
         that could be measured better: it says less than one that a value misses.
         """
         unmeasured = next(self.shortfalls(), None) is None
+        if any(child.other_shape for child in self.children):
+            unmeasured = True
         if self.name != "all":
             return unmeasured, 1, 0
         states = [child.state for child in self.children]
@@ -398,7 +412,7 @@ class Proof:
             )
         if self.name == "any" and not self.children:
             return "nothing was found that could be it", "there is none"
-        if self.other_shape:
+        if self.shape:
             return self._shape_sentences()
         words = self.detail.words or _JOINED.get(self.detail.name, self.test)
         if self.name == "counted":
@@ -407,9 +421,10 @@ class Proof:
         return (f"{words}, because {self.detail.cause}", words) if self.detail.cause else (words,)
 
     def _shape_sentences(self) -> tuple[str, ...]:
-        """Return that a piece is of another shape, by how much, and the limit."""
+        """Return which shape a piece is of, by how much, and the limit."""
         wanted, _, piece = self.test.rstrip(")").partition("(")
-        said = f"{piece} is no {wanted}: it is a {self.other_shape}"
+        is_other = f"no {wanted}: it is a {self.other_shape}"
+        said = f"{piece} is {is_other if self.other_shape else f'a {self.shape}'}"
         if self.comparison is None:
             return (said,)
         share = self.comparison.text(None, with_sd=False).replace(f"({piece})", "")

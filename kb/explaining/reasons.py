@@ -83,11 +83,15 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
         return _steps(child, holds=holds, is_wanted=is_wanted, beside=beside)
 
     same = tuple(child for child in proof.children if child.state is proof.state)
+    if proof.shape and proof.state is State.HOLDS and not is_wanted:
+        return (_Step(proof, is_wanted),)
     match proof.name:
         case "short" if proof.other_shape:
             return (_Step(proof, is_wanted),)
         case "all" | "short" if proof.state is State.HOLDS:
-            return tuple(step for child in same for step in of(child))
+            # What should not be is so: its shape only says which piece is meant.
+            telling = () if is_wanted else tuple(child for child in same if not child.shape)
+            return tuple(step for child in telling or same for step in of(child))
         case "all" | "short" if same:
             # One that fails is enough beneath a `not`; else all have to be mended.
             found = tuple(map(of, same))

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-__all__ = ["ImpliedFace", "Look", "Place", "Point", "Sight"]
+from facetlog.plurals import many
+
+__all__ = ["ImpliedFace", "Look", "OtherThing", "Place", "Point", "Sight"]
 
 Point = tuple[float, float, float]
 """A place in the world, or a direction."""
@@ -38,6 +40,18 @@ class ImpliedFace:
     name: str
     normal: Point
     looks: tuple[Look, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class OtherThing:
+    """Another thing near one, and of which shapes its pieces are, with their numbers."""
+
+    name: str
+    shapes: tuple[tuple[str, int], ...]
+
+    def __str__(self) -> str:
+        pieces = ", ".join(many(count, shape) for shape, count in self.shapes)
+        return f"{self.name} ({pieces})" if pieces else self.name
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ HOLDING_SHOWN = 6
 
 def describe_first_reason(proof: Proof, length_unit: str | None = None) -> str:
     """Return the first reason for the state, in words."""
-    if proof.other_shape:
+    if proof.shape:
         return proof.sentence(length_unit)
     if proof.name == "not" and proof.children:
         reason = describe_first_reason(proof.children[0], length_unit)
@@ -57,7 +57,7 @@ def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
     if proof.name == "implies":
         yield from _iter_implication_steps(proof, length_unit, depth)
         return
-    if proof.other_shape:
+    if proof.shape:
         yield Step(depth, f"{MARKS[proof.state]} {proof.sentence(length_unit)}")
         return
     joins = _joins(proof)

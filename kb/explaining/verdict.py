@@ -10,6 +10,7 @@ from facetlog.kb.explaining.best_first import best_first
 from facetlog.kb.explaining.near import AskedMember, NearMember, list_nearest
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, State
 from facetlog.kb.explaining.reasons import reason
+from facetlog.kb.explaining.sight import OtherThing
 from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.explaining.verdict_text import (
     format_holding,
@@ -92,6 +93,17 @@ class Condition:
         return not (isinstance(step, Note) and step.cause in LOOKING_SETTLES_NOT)
 
     @property
+    def misses_part(self) -> bool:
+        """Whether it fails because too few were found of what it counts."""
+        found = reason(self.proof)
+        step = None if found is None else found.step
+        if step is None or self.proof.state is not State.FAILS:
+            return False
+        counted = step.detail.counted if isinstance(step.detail, Note) else None
+        is_empty = step.name == "any" and not step.children
+        return is_empty or (counted is not None and counted[0] < counted[1])
+
+    @property
     def nearest(self) -> tuple[NearMember, ...]:
         """Near misses of its sets, if it is one of these that decides."""
         found = reason(self.proof)
@@ -162,6 +174,8 @@ class Verdict:
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
     """Why parts may have been missed and from where they could be seen, if someone asked why it
     does not hold."""
+    others: tuple[OtherThing, ...] = field(default=(), compare=False)
+    """Other things near it, if someone asked why it does not hold and it lacks a part."""
     asked: tuple[AskedMember, ...] = field(default=(), compare=False)
     """What was asked of the members of sets."""
 
@@ -200,6 +214,14 @@ class Verdict:
         notes = (step.step.detail for step in found if step is not None)
         causes = {note.cause for note in notes if isinstance(note, Note)}
         return frozenset(what for what in ("up", "scale") if CAUSES[what] in causes)
+
+    @property
+    def lacks_pieces(self) -> bool:
+        """Whether it does not hold and too few of its pieces were found."""
+        has_pieces = any(re.match(r"p\d", face) for part in self.parts for face in part.faces)
+        return has_pieces and any(
+            line.misses_part for line in self.list_conditions_in_state(State.FAILS)
+        )
 
     @property
     def unseen_roles(self) -> tuple[str, ...]:

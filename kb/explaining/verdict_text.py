@@ -46,6 +46,9 @@ NO_MODEL = "no model matches"
 # A degree that is written as 100 % says nothing that the verdict does not.
 CERTAIN = 0.995
 
+# So many other things are named where a part is missing, the nearest.
+OTHERS_SHOWN = 4
+
 # What leaves several conditions open is said once for all of them.
 LAPSED = "~"
 """Stands before what a model expects, and is not so: it lowers the degree, and fails nothing."""
@@ -203,6 +206,10 @@ def _iter_open_lines(verdict: "Verdict") -> Iterator[str]:
                 which = listed([line.label for line in same])
                 yield from _wrap_line(f"  ? {which}: not known, because {why}")
         yield from _iter_conditions(lines, verdict.length_unit)
+    if verdict.others:
+        shown = tuple(map(str, verdict.others[:OTHERS_SHOWN]))
+        more = " …" if len(verdict.others) > len(shown) else ""
+        yield from _wrap_line(f"  other objects near it: {', '.join(shown)}{more}")
     yield from _iter_unseen_lines(verdict)
     held = verdict.list_conditions_in_state(State.HOLDS)
     labels = [c.label for c in held if reason(c.proof) is not None]
@@ -277,17 +284,19 @@ def _wrap_line(line: str) -> list[str]:
 
 
 def _sort_by_change(verdict: "Verdict", state: State) -> "list[Condition]":
-    """Return the conditions of this state, first those that the least change would turn.
+    """Return the conditions of this state: first those that miss a part, then those that the least
+    change would turn.
 
     That of one value that turns the whole verdict, which several conditions may ask, comes before
     all others; conditions that no one value turns come last.
     """
     whole = margin(verdict) if state is verdict.state else None
 
-    def rank_by_change(line: "Condition") -> tuple[bool, bool, Nearness]:
+    def rank_by_change(line: "Condition") -> tuple[bool, bool, bool, Nearness]:
         found = margin(replace(verdict, conditions=(line,)))
         decides = whole is not None and whole.label == line.label
-        return (not decides, found is None, (False, 0.0) if found is None else found.nearness)
+        nearness = (False, 0.0) if found is None else found.nearness
+        return (not line.misses_part, not decides, found is None, nearness)
 
     return sorted(verdict.list_conditions_in_state(state), key=rank_by_change)
 

@@ -67,6 +67,11 @@ _BY_ZERO = "it divides by 0"
 LOOKING_SETTLES_NOT = frozenset({CAUSES["up"], CAUSES["scale"], _BY_ZERO})
 """Why a measure or relation is not known that another look would not make known."""
 
+# One value of the members of a set.
+_OF_SETS = {"sum", "mean", "lowest", "highest", "order"} | {
+    f"{end}_{what}" for end in ("smallest", "largest") for what in ("gap", "spacing", "step")
+}
+
 # More groups than this are not named one by one.
 COUNTED_NAMED = 8
 
@@ -185,6 +190,8 @@ def readable(term: Term) -> str:
     'length(p1)'
     >>> readable(Struct("count", (((Atom("f9"), Atom("f10")), (Atom("f3"),)),)))
     'count of f9–f10 and f3'
+    >>> readable(Struct("smallest_spacing", ((Atom("p9"), Atom("p10")),)))
+    'smallest spacing of p9, p10'
     """
     match term:
         case Struct("+" | "-" | "*" | "/" as operator, (left, right)):
@@ -193,6 +200,8 @@ def readable(term: Term) -> str:
             return f"-{_format_operand(inside)}"
         case Struct("count", (tuple(counted),)):
             return f"count of {_counted(counted)}"
+        case Struct(functor, (tuple(items),)) if functor in _OF_SETS:
+            return f"{functor.replace('_', ' ')} of {readable(items)}"
         case Struct(functor, args):
             return f"{_strip_word_prefix(functor)}({', '.join(map(readable, args))})"
         case ():
@@ -214,7 +223,7 @@ def readable(term: Term) -> str:
 
 def _strip_word_prefix(functor: str) -> str:
     """Return the word as models write it: some have another name in Prolog."""
-    return functor.removeprefix("piece_").removeprefix("opening_")
+    return re.sub("^(piece|opening|thing)_", "", functor)
 
 
 def _counted(items: Sequence[Term]) -> str:

@@ -231,6 +231,8 @@ result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
 result("sight", Text, Sight) :-
     explained(Text, sight(Thing), sight(Thing, Sight)).
+result("others_near", Text, Others) :-
+    explained(Text, others_near(Thing), others_near(Thing, Others)).
 result("statistics", _, [Modules, Clauses]) :-
     aggregate_all(count, current_module(_), Modules),
     statistics(clauses, Clauses).

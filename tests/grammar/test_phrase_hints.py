@@ -25,6 +25,18 @@ def errors(line: str) -> tuple[Fault, ...]:
         ("top is horizontal", "write `level`"),
         ("wall is vertical", "write `upright`"),
         ("top is thin", "call it a `board`"),
+        ("top is perpendicular", "`angle(a, b) = 90 deg ± 10 deg`"),
+        ("perpendicular(top, back)", "`angle(a, b) = 90 deg ± 10 deg`"),
+        ("leg is crosswise", "`angle(a, b) = 90 deg ± 10 deg`"),
+        ("top lengthwise", "`parallel(a, b, 10 deg)`"),
+        ("top is tilted", "`tilt(leg) between 60 deg and 85 deg`"),
+        ("top leans on wall", "`tilt(leg) between 60 deg and 85 deg`"),
+        ("top is lying", "write `a is level`"),
+        ("top touching wall", "write `a joins b`"),
+        ("top is in the middle of wall", "`distance(a, b) at most 10 % of width(b)`"),
+        ("top is symmetric", "`inset(left, seat) about inset(right, seat)`"),
+        ("top same size as wall", "`length(a) about length(b)`"),
+        ("apart: evenly spaced leg", "`smallest step of elevation(rung)"),
         ("top is seen", "write `measured`"),
         ("top stands_on ground", "write `leg is on_ground`"),
         ("top stands on the ground", "write `leg is on_ground`"),
@@ -143,3 +155,26 @@ def test_what_hints_say_to_write_are_words_of_the_language() -> None:
     for hint in SPOKEN_WORDS.values():
         for call in re.findall(r"(\w+)\(", " ".join(CODE.findall(hint))):
             assert call in VOCABULARY, hint
+
+
+@pytest.mark.parametrize(
+    ("line", "count"),
+    [
+        ("apart: evenly spaced leg", 1),
+        ("leg is crosswise", 1),
+        ("top stands upright", 1),
+        ("top touches wall", 1),
+        ("topp joinz wall", 2),
+        ("evenly spaced leg, top is tilted", 2),
+    ],
+)
+def test_a_broken_statement_has_one_error_for_each_mistake_of_its_own(
+    line: str, count: int
+) -> None:
+    assert len(errors(line)) == count
+
+
+def test_what_the_others_are_found_from_is_of_a_kind_of_the_text() -> None:
+    text = "model m\n  at least 3 boards slat where slat is level\n  count(slat) at least 3\n"
+    (fault,) = analyse(Path("m.model"), text).errors
+    assert "`board first`" in fault.hint

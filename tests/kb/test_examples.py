@@ -104,7 +104,7 @@ def test_what_is_not_as_expected_is_told_with_the_reasons(
     first, *rest = result.lines()
     assert first == f'{tmp_path / "slab.model"}:6:3: failed: slab "one": {problem}'
     assert any("thin" in line for line in rest)
-    assert any("height of t1's highest point" in line for line in rest)
+    assert any("t1's own height" in line for line in rest)
 
 
 def test_a_scene_that_cannot_be_made_does_not_hide_the_others(

@@ -37,7 +37,10 @@ def test_a_failing_example_is_explained_with_its_place(run, tmp_path):
     assert code == 1
     assert 'slab.model:7:3: failed: slab "board": it fails, expected was that it holds' in out
     assert "- thin: it is thin" in out
-    assert "height of t1's highest point = 5.000 ± 0.087 cm, needs at most 4 cm: 1 cm over" in out
+    assert (
+        "t1's own height = 5.000 ± 0.087 cm, needs at most 4 cm (5 % of length(t1)): 1 cm over"
+        in out
+    )
     assert out.splitlines()[-1] == "2 examples, 1 passed, 1 failed"
 
 
@@ -99,7 +102,7 @@ def test_coverage_counts_lines_and_gives_margins(run):
     assert "line 6 2 0 0 expected only" in lines
     assert "never decided: level" in lines
     (block,) = (line for line in lines if line.startswith("slab block fails"))
-    assert "height of t1's highest point were 34 cm less" in block
+    assert "t1's own height were 34 cm less" in block
     found = json.loads(run("model", "test", "slab.model", "--coverage", "--output", "json")[1])
     assert (found["schema"], found["passed"], found["failed"]) == ("facetlog-model-test/1", 2, 0)
     board, block = found["examples"]
@@ -212,11 +215,13 @@ def test_what_is_evenly_spaced_is_told_from_what_is_not(run, tmp_path):
     assert run("model", "test", "rack.model")[:2] == (0, "2 examples, 2 passed, 0 failed\n")
 
 
-def test_files_of_no_model_that_is_tested_are_named(run, tmp_path):
+def test_files_of_almost_the_name_of_a_tested_model_are_named(run, tmp_path):
     _write_meshes(tmp_path / "own")
-    (tmp_path / "own" / "slob-flat.ply").write_text("not read")
+    for name in ("slob", "mailbox"):
+        (tmp_path / "own" / f"{name}-flat.ply").write_text("not read")
     code, _, err = run("model", "test", "slab.model", "own", "--up", "y", "--unit", "cm")
-    assert (code, "own: left out, of no model that is tested (1): 'slob'" in err) == (0, True)
+    assert (code, "own: left out (1), 'slob': did you mean slab?" in err) == (0, True)
+    assert "mailbox" not in err
     for name in ("slab+flat.ply", "slab-thick.ply"):
         (tmp_path / "own" / name).unlink()
     code, _, err = run("model", "test", "slab.model", "own")
@@ -234,3 +239,11 @@ def test_a_built_in_model_that_holds_of_all_examples_is_named(run, tmp_path):
     assert "write `model parcel rather than box`" in err
     (tmp_path / "parcel.model").write_text(text.replace("parcel", "parcel rather than box", 1))
     assert run("model", "test", "parcel.model")[2] == ""
+
+
+def test_a_folder_of_meshes_beside_a_named_model_names_no_models(run, tmp_path):
+    _write_meshes(tmp_path / "own")
+    (tmp_path / "own" / "older").mkdir()
+    (tmp_path / "own" / "older" / "slab.model").write_text((tmp_path / "slab.model").read_text())
+    code, out, err = run("model", "test", "slab.model", "own", "--up", "y", "--unit", "cm")
+    assert (code, "already defined" in out + err) == (0, False)

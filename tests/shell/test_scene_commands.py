@@ -43,6 +43,9 @@ def test_show_tells_objects_and_largest_faces_as_a_table(run):
         "object  faces  longest (m)  middle (m)  shortest (m)  curved  whole\n"
         "t1          6          0.3         0.2           0.1      0%     no\n"
         "\n"
+        "piece  object  shape  length (m)  width (m)  thickness (m)  stands on\n"
+        "p1         t1  block         0.3        0.2            0.1     ground\n"
+        "\n"
         "face  object  area (m²)  length (m)  width (m)   tilt  seen\n"
         "f1        t1       0.06         0.3        0.2   0.0°  100%\n"
         "f2        t1       0.06         0.3        0.2   0.0°  100%\n"
@@ -51,6 +54,16 @@ def test_show_tells_objects_and_largest_faces_as_a_table(run):
         "f5        t1       0.02         0.2        0.1  90.0°  100%\n"
         "f6        t1       0.02         0.2        0.1  90.0°  100%\n"
     )
+
+
+def test_show_says_what_pieces_stand_on(run):
+    write_scene(build("table", {}), Path("table.json"))
+    code, out, _ = run("show", "table.json", "--json")
+    pieces = json.loads(out)["pieces"]
+    (top,) = (piece for piece in pieces if piece["shape"] == "board")
+    legs = [piece["name"] for piece in pieces if piece["on_ground"]]
+    assert (code, len(legs), sorted(top["on"])) == (0, 4, sorted(legs))
+    assert [piece["shape"] for piece in pieces].count("bar") == 4
 
 
 def test_pieces_are_written_as_a_mesh_of_their_own(run):

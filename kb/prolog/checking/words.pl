@@ -152,6 +152,12 @@ described(thing_height('Thing'), measure, "height of the thing's highest point")
 described(explained('Thing'), measure, "share of the thing's volume that its pieces fill").
 described(metres('Number'), measure, "a length, if the scale is known").
 described(count('List'), measure, "how many elements the list has").
+described(shared_height('X', 'Y'), measure,
+          "share of the lower one's height that both take, where X is not beside Y").
+described(sunk_share('X', 'Y'), measure,
+          "share of the smaller one that is sunk into the other, where X is not beside Y").
+described(over_share('X', 'Y'), measure,
+          "share of its rest that is over or under the other, where X is not beside Y").
 described(smallest_gap('Things'), measure, "least distance between two of the things").
 described(largest_gap('Things'), measure, "greatest distance between two of the things").
 described(smallest_spacing('Pieces'), measure,

@@ -57,10 +57,19 @@ proof_of(joined(Join, Parts), Test, Module, proof(State, Low, High, Shown, Detai
     ;   all_together(Join, Saids, said(State, degree(Low, High, _)))
     ),
     shown(Join, Shown, Proofs, Saids, Detail, Children).
-proof_of(relation, Test, Module, proof(State, Low, High, Test, fact(Truth, Cause), [])) :-
+proof_of(relation, Test, Module, proof(State, Low, High, Test, Detail, Children)) :-
     relation(Test, Truth),
     said(Test, Module, full, said(State, degree(Low, High, _))),
-    ( Truth == unknown -> missing_because(Test, Cause) ; Cause = none ).
+    (   State == fails,
+        rests_on(Test, Meaning),
+        evaluate(Meaning, Module, Proof),
+        Proof = proof(fails, _, _, _, _, _)
+    ->  Detail = short,
+        Children = [Proof]
+    ;   ( Truth == unknown -> missing_because(Test, Cause) ; Cause = none ),
+        Detail = fact(Truth, Cause),
+        Children = []
+    ).
 proof_of(is_a(Thing, Model), Test, _, proof(State, Low, High, Test, judged(Cause), [])) :-
     model_outcome(Thing, Model, outcome(State, Low, High, Cause)).
 proof_of(meaning(Meaning), Test, Module, proof(State, Low, High, Test, Detail, [Proof])) :-

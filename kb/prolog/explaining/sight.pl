@@ -1,4 +1,5 @@
-:- module(facetlog_sight, [ sight/2           % +Thing, -Sight
+:- module(facetlog_sight, [ sight/2,          % +Thing, -Sight
+                            others_near/2     % +Thing, -Others
                           ]).
 
 /** <module> From where a thing was seen
@@ -8,7 +9,10 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
+:- use_module(library(aggregate)).
+:- use_module(library(pairs)).
 :- use_module(facetlog_kb(scene)).
+:- use_module(facetlog(vocabulary), [measure/4, holds/1]).
 
 %!  sight(+Thing, -Sight) is det.
 %
@@ -73,3 +77,26 @@ shown(Face, Shown) :-
             ( fact(shows(View, Face, Seen, Outside)),
               findall(By-Share, fact(hides(View, Face, By, Share)), Hidden) ),
             Shown).
+
+%!  others_near(+Thing, -Others) is det.
+%
+%   Others are other(Name, Shapes) of the things that are no further away than Thing is long, the nearest
+%   first; Shapes are counted(Shape, Count) of their pieces.
+
+others_near(Thing, Others) :-
+    findall(Gap-other(Other, Shapes),
+            ( measure(thing_length(Thing), Length, _, _),
+              ( fact(gap(Thing, Other, Gap, _)) ; fact(gap(Other, Thing, Gap, _)) ),
+              Gap =< Length,
+              shapes_of(Other, Shapes) ),
+            Found),
+    sort(0, @=<, Found, Sorted),
+    pairs_values(Sorted, All),
+    list_to_set(All, Others).
+
+shapes_of(Thing, Shapes) :-
+    findall(counted(Shape, Count),
+            ( member(Shape-Test, [board-board(P), bar-bar(P), block-block(P)]),
+              aggregate_all(count, ( fact(piece_of(P, Thing)), holds(Test) ), Count),
+              Count > 0 ),
+            Shapes).

@@ -43,6 +43,12 @@ _PIECES: tuple[FactKind, ...] = (
         _NO_UP,
     ),
     _kind(
+        "piece_side_tilt +P:piece Angle:deg Sd:deg",
+        _MAYBE,
+        "tilt of the most level side of its least box, 0 level",
+        _NO_UP,
+    ),
+    _kind(
         "piece_angle +P:piece +Q:piece Angle:deg Sd:deg",
         _ONE,
         "angle between the lengths of bars and the broad sides of others, 0 parallel, 90 "
@@ -185,9 +191,17 @@ OPENING_KINDS: tuple[FactKind, ...] = (
     _kind(
         "beside +X:solid +Y:solid Known:symbol",
         _MAYBE,
-        "`yes`: at least half the height of the lower one is shared by the other, and at most 10 % "
-        "of the smaller one lies over or under the other; `no`: otherwise",
+        "`yes`: at least half the height of the lower one is shared by the other, at most two "
+        "thirds of the smaller one are sunk into the other, and at most 10 % of the rest lie over "
+        "or under it; `no`: otherwise",
         _NO_UP + ", or it depends on unseen space",
+    ),
+    _kind(
+        "beside_shares +X:solid +Y:solid Abreast:share Sunk:share Over:share",
+        _MAYBE,
+        "of two solids near each other the shares that `beside` rests on: of the lower one's "
+        "height, of the smaller one that is sunk into the other, of the rest that is over or under",
+        "it is known that X is beside Y, or " + _NO_UP,
     ),
 )
 

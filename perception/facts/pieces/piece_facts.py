@@ -19,6 +19,7 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     iter_known_insets,
     iter_known_overlaps,
     iter_known_relations,
+    iter_missed_beside_shares,
 )
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
@@ -212,6 +213,12 @@ def tilt(piece: Piece, up: FloatArray) -> Estimate:
     return Estimate(float(np.rad2deg(angle)), float(np.rad2deg(_sd(piece))))
 
 
+def side_tilt(piece: Piece, up: FloatArray) -> Estimate:
+    """Return the tilt of the most level side of a piece's least box, degrees from level."""
+    rise = min(1.0, float(np.abs(piece.axes @ up).max()))
+    return Estimate(float(np.rad2deg(np.arccos(rise))), float(np.rad2deg(_sd(piece))))
+
+
 def angles_between(
     pieces: Sequence[Piece], up: FloatArray | None
 ) -> Iterator[tuple[int, int, Estimate]]:
@@ -278,7 +285,7 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
         for functor, each in found.hollows(named_hollows):
             rows.add_rows(functor, [each])
         named += named_hollows
-        if rows.wants("inside") or rows.wants("beside"):
+        if rows.wants("inside") or rows.wants("beside") or rows.wants("beside_shares"):
             for functor, all_ in found.relate_solids(named).items():
                 rows.add_rows(functor, all_)
 
@@ -332,6 +339,7 @@ class _Found:
                 low, high = self._heights(piece)
                 yield "piece_heights", (name, low, high, piece.length.sd)
                 yield "piece_tilt", (name, *tilt(piece, self.up))
+                yield "piece_side_tilt", (name, *side_tilt(piece, self.up))
                 if on_ground:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
@@ -399,14 +407,18 @@ class _Found:
 
     def relate_solids(
         self, named: Sequence[tuple[str, Opening]]
-    ) -> dict[str, list[tuple[str, str, str]]]:
-        """Return the arguments of the facts `inside` and `beside`, by functor."""
+    ) -> dict[str, list[tuple[str | float, ...]]]:
+        """Return the arguments of the facts `inside`, `beside` and `beside_shares`, by functor."""
         boxes = [*self._boxes, *(SolidBox.of_opening(opening) for _, opening in named)]
         every = [*self.names, *(name for name, _ in named)]
-        found: dict[str, list[tuple[str, str, str]]] = {}
+        found: dict[str, list[tuple[str | float, ...]]] = {}
         for relation, one, other, so in iter_known_relations(boxes, self.up):
             known = "yes" if so else "no"
             found.setdefault(relation, []).append((every[one], every[other], known))
+        found["beside_shares"] = [
+            (every[one], every[other], *shares)
+            for one, other, *shares in iter_missed_beside_shares(boxes, self.up)
+        ]
         return found
 
     def _heights(self, piece: Piece) -> tuple[float, float]:

@@ -20,8 +20,13 @@ from facetlog.perception.types import FloatArray
 
 # Two stand beside each other where both take this share of the height of the lower one ...
 ABREAST = 0.5
-# ... and no more than this share of the smaller one's plan is over or under the other.
+# ... no more than this share of the smaller one is sunk into the other (half of it, as it is
+# measured, is a usual way of building) ...
+SUNK = 2.0 / 3.0
+# ... and no more than this share of the rest is over or under the other.
 OVER = 0.1
+# What of one box is sunk into another is asked at so many places along each axis.
+WITHIN = 10
 # One is inside another but for this share of its extent at each side.
 BEYOND = 0.05
 # A side may reach on if more than this share of what lies right before it is unseen.
@@ -32,6 +37,8 @@ PLACES = 6
 HALF_CELL = 0.5
 # An end lies anywhere within its cell.
 CELL_SD = 1.0 / np.sqrt(12.0)
+# A direction is square to up where its share of it is no more than rounding.
+ROUNDED = 1e-12
 # What has no thickness has this one, in cells.
 THIN = 1e-3
 
@@ -39,6 +46,8 @@ Related: TypeAlias = NDArray[np.bool_]
 
 _ENDS = np.array(tuple(product((-1.0, 1.0), repeat=3)))
 _STEPS = (2.0 * np.arange(PLACES) + 1.0) / PLACES - 1.0
+_COLUMN = (2.0 * np.arange(WITHIN) + 1.0) / WITHIN - 1.0
+_IN_BOX = np.stack(np.meshgrid(_COLUMN, _COLUMN, _COLUMN), axis=-1).reshape(-1, 3)
 _ON_SIDE = np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2)
 
 
@@ -119,11 +128,67 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
     """Return which box stands beside which (n, n) along up (3,): they are about as high above the
     ground, and neither is over or under the other.
     """
+    return _are_beside(*compute_beside_shares(boxes, up))
+
+
+def _are_beside(abreast: FloatArray, sunk: FloatArray, over: FloatArray) -> Related:
+    related: Related = (abreast >= ABREAST) & (sunk <= SUNK) & (over <= OVER)
+    return related
+
+
+def compute_beside_shares(
+    boxes: Sequence[SolidBox], up: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return for each two boxes (n, n) along up (3,) the share of the lower one's height that both
+    take, that of the one with the smaller plan that is sunk into the other, and that of its rest
+    which is over or under it. A column of one box that enters the other is sunk.
+    """
     low, high = np.array([heights(box, up) for box in boxes]).T
     shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
-    abreast: Related = shared >= ABREAST * np.minimum.outer(high - low, high - low)
-    abreast &= compute_plan_overlap(boxes, up, -HALF_CELL) <= OVER
-    return abreast
+    abreast = np.maximum(shared, 0.0) / np.minimum.outer(high - low, high - low)
+    over = compute_plan_overlap(boxes, up, -HALF_CELL)
+    sunk = np.zeros_like(over)
+    for one, other in np.argwhere(np.triu((over > OVER) & (abreast >= ABREAST), 1)).tolist():
+        inner, outer = sorted((boxes[one], boxes[other]), key=lambda box: _measure_plan(box, up))
+        within, above = _measure_columns(inner, outer, up)
+        if within > 0.0:
+            pair = [one, other], [other, one]
+            sunk[pair] = within
+            over[pair] = above / (1.0 - within) if within < 1.0 else 0.0
+    return abreast, sunk, over
+
+
+def _measure_plan(box: SolidBox, up: FloatArray) -> float:
+    """Return the area of a box's plan: of each side as much as it faces upwards."""
+    sides = 4.0 * np.array([box.half[[1, 2]], box.half[[0, 2]], box.half[[0, 1]]]).prod(axis=1)
+    return float(np.abs(box.axes @ up) @ sides)
+
+
+def _measure_columns(inner: SolidBox, outer: SolidBox, up: FloatArray) -> tuple[float, float]:
+    """Return which share of a box lies in columns that enter another, and in such that are over or
+    under it without."""
+    inner, outer = (  # what touches does not enter
+        replace(box, half=np.maximum(box.half - HALF_CELL * box.cell, THIN * box.cell))
+        for box in (inner, outer)
+    )
+    places = inner.at(_IN_BOX)
+    (first, last), (low, high) = (_cut_columns(places, box, up) for box in (inner, outer))
+    enters = np.minimum(last, high) > np.maximum(first, low)
+    return float(enters.mean()), float(((high > low) & ~enters).mean())
+
+
+def _cut_columns(
+    places: FloatArray, box: SolidBox, up: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return from where to where (m,) the lines along up through places (m, 3) are in a box; to
+    before from where they miss it."""
+    along = box.axes @ up
+    along = np.where(np.abs(along) < ROUNDED, ROUNDED, along)
+    local = (places - box.middle) @ box.axes.T
+    ends = np.stack([(-box.half - local) / along, (box.half - local) / along])
+    begin: FloatArray = ends.min(axis=0).max(axis=1)
+    end: FloatArray = ends.max(axis=0).min(axis=1)
+    return begin, end
 
 
 def compute_plan_overlap(
@@ -183,6 +248,20 @@ def iter_known_relations(
         for one, other in permutations(range(len(boxes)), 2):
             if always[one, other] or not ever[one, other]:
                 yield name, one, other, bool(always[one, other])
+
+
+def iter_missed_beside_shares(
+    boxes: Sequence[SolidBox], up: FloatArray | None
+) -> Iterator[tuple[int, int, float, float, float]]:
+    """Yield for each two boxes, by indices, that are not beside each other as they were found, the
+    three shares that this rests on; nothing without up."""
+    if up is None or len(boxes) < 2:
+        return
+    shares = compute_beside_shares(boxes, up)
+    for one, other in np.argwhere(~_are_beside(*shares)).tolist():
+        if one != other:
+            abreast, sunk, over = (float(share[one, other]) for share in shares)
+            yield one, other, abreast, sunk, over
 
 
 def iter_known_overlaps(

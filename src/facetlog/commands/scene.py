@@ -29,6 +29,8 @@ PICTURE_PX = 960
 SUMMARY_SCHEMA = "facetlog-scene-summary/1"
 FACES_SHOWN = 10
 """Number of faces in the text, the largest first: they tell what a thing is."""
+PIECES_SHOWN = 20
+"""Number of pieces in the text."""
 DIGITS = 4
 
 VALIDATE_SCHEMA = "facetlog-validate/1"
@@ -47,7 +49,7 @@ def show_command(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> int:
-    """Show what a scene, mesh or cloud holds: objects, largest faces, unit and upward axis."""
+    """Show what a scene, mesh or cloud holds: objects, pieces, largest faces, unit, upward axis."""
     if out is not None:
         check_output_file(out, "-o", (shape,), suffixes=(".png",), overwrite=overwrite)
     found = read(shape, stated, scale)
@@ -79,6 +81,32 @@ class _Summary:
         from facetlog.perception.facts.all_facts import fact_rows
 
         return fact_rows(self.shape.scene)
+
+    @cached_property
+    def pieces(self) -> list[dict[str, Any]]:
+        """The pieces: of which thing and shape each is, its sizes, and what it stands on; without a
+        known up it stands on nothing."""
+        from facetlog.perception.facts.all_facts import fact_rows
+        from facetlog.perception.facts.pieces.piece_facts import shown_pieces
+
+        shapes = {
+            each.name: each.piece.kind.value for each in shown_pieces(self.shape.scene).pieces
+        }
+        kinds = "piece_of", "piece_size", "piece_heights", "piece_on_ground", "carries", "joins"
+        rows = fact_rows(self.shape.scene, kinds)
+        owners, sizes = ({row[0]: row[1:] for row in rows.get(kind, ())} for kind in kinds[:2])
+        grounded = {row[0] for row in rows.get("piece_on_ground", ())}
+        touching = set(rows.get("joins", ()))
+        found = []
+        for piece, (thing,) in owners.items():
+            length, width, thickness, _ = map(float, sizes[piece])
+            on = [a for a, b in rows.get("carries", ()) if b == piece and (a, b) in touching]
+            lengths = {"length": length, "width": width, "thickness": thickness}
+            stands = {"on_ground": piece in grounded, "on": on}
+            found.append(
+                {"name": piece, "thing": thing, "shape": shapes[str(piece)], **lengths, **stands}
+            )
+        return found
 
     def _index_rows(self, functor: str) -> "dict[Value, tuple[Value, ...]]":
         """Return the arguments of a fact's rows after the first, by the first."""
@@ -147,6 +175,7 @@ class _Summary:
             "edges": len(scene.edges),
             "patches": len(scene.patches),
             "things": self.things,
+            "pieces": self.pieces,
             "faces": self.faces,
             "warnings": list(scene.warnings),
         }
@@ -172,6 +201,15 @@ class _Summary:
             yield from _format_table(
                 ("object", "faces", *sizes, "curved", "whole"), map(_format_thing, things)
             )
+        if pieces := self.pieces:
+            sizes = (f"{name}{metres}" for name in ("length", "width", "thickness"))
+            yield ""
+            yield from _format_table(
+                ("piece", "object", "shape", *sizes, "stands on"),
+                map(_format_piece, pieces[:PIECES_SHOWN]),
+            )
+            if len(pieces) > PIECES_SHOWN:
+                yield f"and {len(pieces) - PIECES_SHOWN} more"
         if faces:
             heads = (f"area{square}", f"length{metres}", f"width{metres}")
             yield ""
@@ -190,6 +228,12 @@ def _format_thing(thing: dict[str, Any]) -> tuple[str, ...]:
     sizes = (_format_number(thing[name]) for name in ("length", "width", "height"))
     curved, whole = _format_number(thing["curved"], ".0%"), "yes" if thing["whole"] else "no"
     return (str(thing["name"]), str(thing["faces"]), *sizes, curved, whole)
+
+
+def _format_piece(piece: dict[str, Any]) -> tuple[str, ...]:
+    sizes = (_format_number(piece[name]) for name in ("length", "width", "thickness"))
+    on = ", ".join(map(str, [*(["ground"] if piece["on_ground"] else []), *piece["on"]])) or "–"
+    return (str(piece["name"]), str(piece["thing"]), piece["shape"], *sizes, on)
 
 
 def _format_face(face: dict[str, Any]) -> tuple[str, ...]:

@@ -78,7 +78,8 @@ def examples_command(
 ) -> int:
     """Run the examples of models, and judge labelled scenes and meshes.
 
-    A folder may hold models, labelled files as for --scenes, or both. --up, --unit, --scale and
+    A folder may hold models, labelled files as for --scenes, or both; beside arguments that name
+    models one of labelled files names none. --up, --unit, --scale and
     --sensor state what labelled files do not. Exit code 0: all is as expected, 1: something is
     not, or a file has faults, 2: one cannot be read.
     """
@@ -110,10 +111,9 @@ def _split_arguments(arguments: list[str]) -> tuple[tuple[Path, ...], tuple[Path
     from facetlog.perception.shapes.shape_options import SUFFIXES
 
     labelled = [argument for argument in arguments if is_labelled_folder(Path(argument), SUFFIXES)]
-    named = [
-        argument
-        for argument in arguments
-        if argument not in labelled or any(Path(argument).glob("**/*.model"))
+    # A folder of labelled files is one of models as well only where nothing else names any.
+    named = [argument for argument in arguments if argument not in labelled] or [
+        argument for argument in labelled if any(Path(argument).glob("**/*.model"))
     ]
     if not named:
         raise InputError(f"{labelled[0]}: the folder has no models: name them before it")

@@ -155,7 +155,11 @@ def words_command(
     from facetlog.glossary import list_entries
 
     entries = list_entries()
-    chosen = [e for name in names for e in _find_entries(name, entries)] if names else entries
+    found = {name: [e for e in entries if name in (e.topic, e.name)] for name in names or ()}
+    chosen = [e for some in found.values() for e in some] if names else entries
+    unknown = [name for name, some in found.items() if not some]
+    if unknown and not chosen:
+        raise InputError(_describe_unknown(unknown, entries))
     if as_json:
         typer.echo(json.dumps([asdict(entry) for entry in chosen], indent=1))
     elif names:
@@ -164,18 +168,21 @@ def words_command(
     else:
         for line in _format_topics(chosen):
             typer.echo(line)
+    if unknown:
+        raise InputError(_describe_unknown(unknown, entries))
     return YES
 
 
-def _find_entries(name: str, entries: Sequence["Entry"]) -> list["Entry"]:
-    """Return the entries of a topic or word; raise InputError if there are none."""
-    found = [entry for entry in entries if name in (entry.topic, entry.name)]
-    if found:
-        return found
+def _describe_unknown(names: Sequence[str], entries: Sequence["Entry"]) -> str:
+    """Return that there are no such words or topics; each with what is spelt almost the same."""
+    from facetlog.grammar.faults import is_slip
+
     known = {text for entry in entries for text in (entry.topic, entry.name)}
-    near = get_close_matches(name, known, n=1)
-    hint = f"did you mean {near[0]}?" if near else "facetlog model words lists all words"
-    raise InputError(f"{fit_on_one_line(name)}: no such word or topic; {hint}")
+    said = []
+    for name in names:
+        near = next((x for x in get_close_matches(name, known) if is_slip(name, x)), None)
+        said.append(f"{fit_on_one_line(name)}{f' (did you mean {near}?)' if near else ''}")
+    return f"{', '.join(said)}: no such word or topic; facetlog model words lists all by topic"
 
 
 def _format_topics(entries: Sequence["Entry"]) -> Iterator[str]:

@@ -62,6 +62,28 @@ def test_what_stands_on_one_floor_without_meeting_is_beside_and_not_inside(
     assert not inside(both)[0, 1]
 
 
+@given(boxes, st.floats(0.0, 0.5), turns)
+def test_what_is_half_sunk_in_is_beside_and_what_is_all_within_is_not(
+    one: SolidBox, sunk: float, turn: np.ndarray
+) -> None:
+    way = np.array([2.0 * (1.0 - sunk) * one.half[0], 0.0, 0.0])
+    taller = one.half + np.array([0.0, 0.1, 0.1])
+    outer = replace(one, half=taller)
+    for middle, is_beside in ((one.middle + way, True), (one.middle, False)):
+        both = [turned(each, turn) for each in (replace(one, middle=middle), outer)]
+        assert beside(both, turn @ UP)[0, 1] == is_beside
+        assert beside(both, turn @ UP)[1, 0] == is_beside
+
+
+@given(boxes, st.floats(0.0, 0.5), turns)
+def test_what_leans_over_another_is_not_beside_it(
+    one: SolidBox, low: float, turn: np.ndarray
+) -> None:
+    above = replace(one, middle=one.middle + np.array([0.0, 0.0, 2.0 * one.half[2] + low]))
+    both = [turned(each, turn) for each in (one, above)]
+    assert not beside(both, turn @ UP)[0, 1]
+
+
 def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certain() -> None:
     post, other = box((0.0, 0.0, 0.5), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.5), (0.1, 0.1, 1.0))
     room = box((0.0, 0.0, 0.5), (2.0, 2.0, 2.0))
@@ -73,6 +95,7 @@ def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certa
     assert open_ < known
     assert {(name, *sorted(two)) for name, *two, _ in known - open_} == {
         ("beside", 0, 1),
+        ("beside", 0, 2),  # half of it may be out of the room
         ("inside", 0, 1),  # the other may lie within it, as far as it may reach
         ("inside", 0, 2),
     }
