@@ -59,6 +59,11 @@ class Hull:
         near[near] = heights.max(axis=1) <= slack
         return near
 
+    def measure_beyond(self, points: FloatArray) -> float:
+        """Return how far the farthest of the points (k, 3) lies outside of the hull's planes."""
+        beyond = (points @ self.planes[:, :3].T + self.planes[:, 3]).max(initial=0.0)
+        return float(max(beyond, 0.0))
+
     def coarsen(self) -> "Hull":
         """Return a hull of few of the corners: those farthest out in evenly spread directions."""
         if len(self.points) <= MOST_CORNERS:

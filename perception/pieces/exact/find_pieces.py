@@ -54,7 +54,7 @@ MOST_FRAMES = 4
 # A box of cells shows at least this share of its surface; one that shows none is no part.
 SHOWN = 0.05
 # A gap of this share of the thinner piece's thickness is none: legs are drawn a little short.
-TOUCH = 0.2
+TOUCH = 0.05
 # A body that cannot be cut is still a piece, of which no more is known, if it fills so much of its
 # hull: a bent leg.
 BENT = 0.5
@@ -471,10 +471,17 @@ def _find_contacts(
     """
     joins = []
     hulls = [found.hulls[i].coarsen() for i in order]
+    # what a coarse hull leaves out of its piece is no gap
+    lost = np.array(
+        [
+            coarse.measure_beyond(found.hulls[i].points)
+            for coarse, i in zip(hulls, order, strict=True)
+        ]
+    )
     low = np.array([hull.points.min(axis=0) for hull in hulls]).reshape(-1, 3)
     high = np.array([hull.points.max(axis=0) for hull in hulls]).reshape(-1, 3)
     near = TOUCH * np.array([float(found.pieces[i].extents.min()) for i in order])
-    near = np.minimum(near[:, None], near) + PLANE_SLACK * sheets.slack
+    near = np.minimum(near[:, None], near) + lost[:, None] + lost + PLANE_SLACK * sheets.slack
     close = (low[:, None] <= high + near[..., None]) & (low <= high[:, None] + near[..., None])
     bored = set(np.flatnonzero(given.volumes < (1.0 - 1e-9) * sheets.volumes).tolist())
     hollow = [
