@@ -33,7 +33,7 @@ from facetlog.grammar.traversal import Node, children, moved
 _KEYWORDS = STATEMENT_WORDS.union(
     """faces edges vertices elements where least most between about fading sharp each pair there
     holds fails unknown because separate exactly number known weakly strongly longest like from and
-    not are any""".split()  # noqa: SIM905  a list of words is read more easily so
+    not are any lowest highest smallest largest""".split()  # noqa: SIM905  a list of words is read more easily so
 )
 _SHORTEST = 3
 ALIKE = 0.7

@@ -23,6 +23,30 @@ def condition(text: str) -> s.Expression:
     return line.condition
 
 
+@pytest.mark.parametrize(
+    "word",
+    [
+        "sum",
+        "mean",
+        "lowest",
+        "highest",
+        "smallest",
+        "largest",
+        "order",
+        "step",
+        "gap",
+        "spacing",
+        "hollow",
+        "piece",
+    ],
+)
+def test_words_that_are_no_statement_may_be_labels(word: str) -> None:
+    line = one(f"{word}: lowest of length(leg) at least 5 cm")
+    assert isinstance(line, s.Line)
+    assert line.label is not None
+    assert line.label.text == word
+
+
 def test_a_file_is_what_stands_first_and_models_with_their_statements() -> None:
     text = 'use "a.model"\nlet x = 3 cm\nmodel b is c\n  "doc"\n  face d\nmodel e like b\n'
     file = parse(Source("m", text)).file
