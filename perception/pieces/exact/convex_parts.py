@@ -11,7 +11,8 @@ import numpy as np
 from facetlog.perception.flat_faces import cross, make_plane_axes
 from facetlog.perception.pieces.exact.cut_pieces import CutPiece
 from facetlog.perception.pieces.exact.regions import Regions
-from facetlog.perception.pieces.exact.sheets import Sheets, is_inside, run_along
+from facetlog.perception.pieces.exact.sheets import Sheets
+from facetlog.perception.pieces.exact.wind_bodies import is_inside, run_along
 from facetlog.perception.pieces.pieces import find_least_box
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.pieces.exact.assemble_pieces import FoundPieces, assemble_pieces
 from facetlog.perception.pieces.exact.box_cover import find_boxes
 from facetlog.perception.pieces.exact.cap_sheets import SHALLOW
 from facetlog.perception.pieces.exact.convex_parts import (
@@ -41,7 +42,6 @@ from facetlog.perception.pieces.exact.sheets import (
     OpenSheet,
     Sheets,
     close_sheets,
-    is_inside,
 )
 from facetlog.perception.pieces.pieces import find_least_box
 from facetlog.perception.pieces.shown_pieces import SLENDER
@@ -53,8 +53,6 @@ FRAME_SHARE = 0.02
 MOST_FRAMES = 4
 # A box of cells shows at least this share of its surface; one that shows none is no part.
 SHOWN = 0.05
-# A gap of this share of the thinner piece's thickness is none: legs are drawn a little short.
-TOUCH = 0.05
 # A body that cannot be cut is still a piece, of which no more is known, if it fills so much of its
 # hull: a bent leg.
 BENT = 0.5
@@ -67,19 +65,6 @@ MOST_COMPARED = 1_000_000
 EVEN = np.cos(np.radians(0.5))
 SAME_SIDE = 0.05
 _CORNERS = np.array(list(np.ndindex(2, 2, 2)))
-
-
-@dataclass(slots=True)
-class _Found:
-    """Pieces and volumes found of the bodies so far."""
-
-    pieces: list[CutPiece] = field(default_factory=list)
-    hulls: list[Hull] = field(default_factory=list)
-    body: list[int] = field(default_factory=list)
-    explained: float = 0.0
-    left: list[FloatArray] = field(default_factory=list)
-    left_volumes: list[float] = field(default_factory=list)
-    open_area: float = 0.0
 
 
 def find_solid_pieces(
@@ -99,17 +84,17 @@ def find_solid_pieces(
     sheets = fill_hollows(given, regions)
     if sheets is not given:
         regions = find_regions(sheets)
-    found = _Found()
+    found = FoundPieces()
     pair_body = sheets.body[sheets.pairs[:, 0]]
     pairs = {int(pair_body[own[0]]): own for own in iter_groups(pair_body)}
     for rows in iter_groups(sheets.body):
         body = int(sheets.body[rows[0]])
         _BodyCut(sheets, regions, rows, pairs[body]).add_to(found)
     _add_layers(sheets, _add_bars(sheets, found), found)
-    return _assemble(sheets, given, found)
+    return assemble_pieces(sheets, given, found)
 
 
-def _add_bars(sheets: Sheets, found: _Found) -> list[FloatArray]:
+def _add_bars(sheets: Sheets, found: FoundPieces) -> list[FloatArray]:
     """Add bars and boards of which hidden sides are missing; return the layers of other open
     sheets, of which what is in no layer stays open.
     """
@@ -151,7 +136,7 @@ def _find_bar(loose: OpenSheet, hull: Hull) -> tuple[FloatArray, FloatArray, Flo
     return box if even and bar else None
 
 
-def _add_layers(sheets: Sheets, flat: list[FloatArray], found: _Found) -> None:
+def _add_layers(sheets: Sheets, flat: list[FloatArray], found: FoundPieces) -> None:
     """Add boards of layers: two that are the sides of a board without edges are one; others are as
     thick as places are known, so that they have a hull.
     """
@@ -207,7 +192,7 @@ class _BodyCut:
     hulls: list[Hull] = field(default_factory=list)
     explained: float = 0.0
 
-    def add_to(self, found: _Found) -> None:
+    def add_to(self, found: FoundPieces) -> None:
         """Cut the body, and add its pieces to what was found."""
         sheets, rows = self.sheets, self.rows
         body = int(sheets.body[rows[0]])
@@ -405,97 +390,3 @@ def _make_box_piece(
         volume,
     )
     return piece, hull
-
-
-def _assemble(sheets: Sheets, given: Sheets, found: _Found) -> CutPieces:
-    """Return the pieces, the largest first, without those that lie inside others; `given` are the
-    sheets before their holes were filled.
-    """
-    kept = _drop_inner(sheets, given, found)
-    order = sorted(kept, key=lambda i: _rank(found.pieces[i], sheets.size))
-    pieces = tuple(found.pieces[i] for i in order)
-    left = np.array(found.left).reshape(-1, 2, 3)
-    total = float(sheets.volumes.sum())
-    # what is open encloses nothing: it counts by its share of the surface
-    closed = 1.0 - found.open_area / sheets.surface
-    explained = closed * (min(1.0, found.explained / total) if total > 0.0 else 1.0)
-    contacts = _find_contacts(sheets, given, found, order)
-    reason = ""
-    if not pieces:
-        reason = "the solid is neither convex nor made of flat or round parts"
-        if closed < 1.0:
-            reason = f"{1.0 - closed:.0%} of the surface is open: it bounds no solid"
-    volumes = np.array(found.left_volumes)
-    return CutPieces(pieces, contacts, explained if pieces else 0.0, left, volumes, reason)
-
-
-def _rank(piece: CutPiece, size: float) -> tuple[float, ...]:
-    volume = -round(float(np.log(max(piece.volume, 1e-300))), 6)
-    return (volume, *np.round(piece.middle / size, 6).tolist())
-
-
-def _drop_inner(sheets: Sheets, given: Sheets, found: _Found) -> list[int]:
-    """Return the pieces that do not lie inside one of another body: those are drawn twice. What is
-    in the hole of a pipe is not inside it.
-    """
-    kept: list[int] = []
-    volumes = [piece.volume for piece in found.pieces]
-    slack = 2.0 * PLANE_SLACK * sheets.slack  # as much as layers are thick
-    for number in sorted(range(len(volumes)), key=lambda i: -volumes[i]):
-        points = found.hulls[number].points
-        low, high = points.min(axis=0), points.max(axis=0)
-        inner = False
-        for other in kept:
-            if found.body[other] == found.body[number]:
-                continue
-            outer = found.hulls[other].points
-            if (outer.min(axis=0) <= low + slack).all() and (
-                outer.max(axis=0) >= high - slack
-            ).all():
-                body = given.corners[given.body == found.body[other]]
-                inner = bool(found.hulls[other].coarsen().contains(points, slack).all())
-                # a layer on the surface of a piece is part of it
-                inner = inner and (found.body[number] < 0 or is_inside(points.mean(axis=0), body))
-                if inner:
-                    break
-        if not inner:
-            kept.append(number)
-    return kept
-
-
-def _find_contacts(
-    sheets: Sheets, given: Sheets, found: _Found, order: list[int]
-) -> tuple[tuple[int, int], ...]:
-    """Return the pairs of pieces, in this order, between which no plane of either leaves a gap; of
-    what has holes, none of its triangles in the `given` sheets.
-    """
-    joins = []
-    hulls = [found.hulls[i].coarsen() for i in order]
-    # what a coarse hull leaves out of its piece is no gap
-    lost = np.array(
-        [
-            coarse.measure_beyond(found.hulls[i].points)
-            for coarse, i in zip(hulls, order, strict=True)
-        ]
-    )
-    low = np.array([hull.points.min(axis=0) for hull in hulls]).reshape(-1, 3)
-    high = np.array([hull.points.max(axis=0) for hull in hulls]).reshape(-1, 3)
-    near = TOUCH * np.array([float(found.pieces[i].extents.min()) for i in order])
-    near = np.minimum(near[:, None], near) + lost[:, None] + lost + PLANE_SLACK * sheets.slack
-    close = (low[:, None] <= high + near[..., None]) & (low <= high[:, None] + near[..., None])
-    bored = set(np.flatnonzero(given.volumes < (1.0 - 1e-9) * sheets.volumes).tolist())
-    hollow = [
-        found.body[i] in bored or found.pieces[i].volume < CONVEX * found.hulls[i].volume
-        for i in order
-    ]
-    for one, two in np.argwhere(np.triu(close.all(axis=2), 1)).tolist():
-        gaps = []
-        for a, b in ((one, two), (two, one)):
-            corners = hulls[b].points[None]
-            if hollow[b] and found.body[order[a]] != found.body[order[b]]:
-                corners = given.corners[given.body == found.body[order[b]]]
-            away = corners @ hulls[a].planes[:, :3].T + hulls[a].planes[:, 3]
-            gaps.append(away.min(axis=1).max(axis=1).min())
-        if max(gaps) <= near[one, two]:
-            joins.append((one, two))
-    return tuple(joins)

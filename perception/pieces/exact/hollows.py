@@ -15,7 +15,8 @@ from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.pieces.exact.box_cover import BOARD
 from facetlog.perception.pieces.exact.cap_sheets import cap_loop
 from facetlog.perception.pieces.exact.regions import PLANE_SLACK, Regions
-from facetlog.perception.pieces.exact.sheets import Sheets, measure_triangles, run_along
+from facetlog.perception.pieces.exact.sheets import Sheets, measure_triangles
+from facetlog.perception.pieces.exact.wind_bodies import run_along
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined, sum_by_group
 from facetlog.perception.types import FloatArray
 

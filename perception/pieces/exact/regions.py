@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.pieces.exact.sheets import Sheets, run_along
+from facetlog.perception.pieces.exact.sheets import Sheets
+from facetlog.perception.pieces.exact.wind_bodies import run_along
 from facetlog.perception.ragged import Bools, Indices, joined, sum_by_group
 from facetlog.perception.types import FloatArray
 
