@@ -195,13 +195,25 @@ plays_in(Face, Part) :-
     ;   Face == Part
     ).
 
-%   No face may stand in two places.
+%   No face may stand in two places: where one that is given stood, there comes what stood in its place.
 put_in(Roles, Given, Parts0, Parts) :-
-    maplist(given_part(Given), Roles, Parts0, Parts),
+    foldl(put_one(Roles), Given, Parts0, Parts),
     include(atom, Parts, Single0),
     exclude(==(unseen), Single0, Single),
     sort(Single, Different),
     same_length(Single, Different).
+
+put_one(Roles, Role-Face, Parts0, Parts) :-
+    nth1(Place, Roles, Role),
+    nth1(Place, Parts0, Part0),
+    ( is_list(Part0) -> Instead = unseen ; Instead = Part0 ),
+    maplist(exchanged(Face, Instead), Parts0, Parts1),
+    given_part([Role-Face], Role, Part0, Part),
+    nth1(Place, Parts1, _, Others),
+    nth1(Place, Parts, Part, Others).
+
+exchanged(Face, Instead, Part0, Part) :-
+    ( Part0 == Face -> Part = Instead ; Part = Part0 ).
 
 given_part(Given, Role, Part0, Part) :-
     (   memberchk(Role-Face, Given)

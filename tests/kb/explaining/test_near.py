@@ -47,6 +47,14 @@ model roofed
   board roof where roof is level, thickness(roof) at most 1 cm
   large: length(left) at least 10 cm
 """
+MODELS += """
+model stack
+  "Three boards, the first of which is long."
+  board first
+  board second
+  board third
+  long: length(first) at least 5 m
+"""
 SIZES = {"board": (1.0, 0.6, 0.1), "bar": (1.0, 0.1, 0.1), "block": (0.1, 0.1, 0.1)}
 
 
@@ -194,3 +202,17 @@ def test_a_single_part_is_missed_nearest_by_what_lies_as_it_should(
     facts += [("piece_tilt", p, 0.0 if p == level else 90.0, 0.1) for p in ("p1", *names)]
     parts = {part.role: part.faces for part in why(base, facts, "roofed").parts}
     assert parts["roof"] == (level,)
+
+
+@pytest.mark.parametrize("role", ["first", "second", "third"])
+@pytest.mark.parametrize("piece", ["p1", "p2", "p3"])
+def test_a_part_that_is_given_changes_places_with_what_stood_there(
+    base: KnowledgeBase, role: str, piece: str
+) -> None:
+    names = {"p2": "board", "p3": "board"}
+    facts = [*pieces(dict.fromkeys(names, 0.0), names), ("explained", "t1", 1.0)]
+    verdict = why(base, facts, "stack", **{role: piece})
+    parts = {part.role: part.faces for part in verdict.parts}
+    assert verdict.state is State.FAILS
+    assert parts[role] == (piece,)
+    assert sorted(parts.values()) == [("p1",), ("p2",), ("p3",)]
