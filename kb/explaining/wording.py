@@ -191,7 +191,7 @@ def readable(term: Term) -> str:
     >>> readable(Struct("count", (((Atom("f9"), Atom("f10")), (Atom("f3"),)),)))
     'count of f9–f10 and f3'
     >>> readable(Struct("smallest_spacing", ((Atom("p9"), Atom("p10")),)))
-    'smallest spacing of p9, p10'
+    'smallest spacing of p9–p10'
     """
     match term:
         case Struct("+" | "-" | "*" | "/" as operator, (left, right)):
@@ -201,7 +201,7 @@ def readable(term: Term) -> str:
         case Struct("count", (tuple(counted),)):
             return f"count of {_counted(counted)}"
         case Struct(functor, (tuple(items),)) if functor in _OF_SETS:
-            return f"{functor.replace('_', ' ')} of {readable(items)}"
+            return f"{functor.replace('_', ' ')} of {_format_members(items)}"
         case Struct(functor, args):
             return f"{_strip_word_prefix(functor)}({', '.join(map(readable, args))})"
         case ():
@@ -219,6 +219,21 @@ def readable(term: Term) -> str:
             return name
         case _:
             return str(term)
+
+
+def _format_members(items: Sequence[Term]) -> str:
+    """Return members of a set, or one measure of each of them, in short."""
+    match items:
+        case [Struct(functor, (Atom(),)), *_] if all(
+            isinstance(item, Struct) and item.functor == functor and len(item.args) == 1
+            for item in items
+        ):
+            members = [readable(arg) for item in items for arg in item.args]  # type: ignore[union-attr]
+            return f"{_strip_word_prefix(functor)}({runs(members, ', ')})"
+        case _ if all(isinstance(item, Atom) for item in items):
+            return runs([readable(item) for item in items], ", ")
+        case _:
+            return readable(tuple(items))
 
 
 def _strip_word_prefix(functor: str) -> str:

@@ -119,7 +119,7 @@ _PIECES: tuple[FactKind, ...] = (
         _ANY,
         "a measure of space (`cover` to `rise_span`, and `shelves_below`) of the level of the "
         "upper side of a level board or block",
-        _NO_UP + ", or it is a bar, or leans more than 30° from level",
+        _NO_UP + ", or it is a bar, or leans more than 30° from level or lies inside its object",
     ),
     _kind(
         "piece_unseen +P:piece +Measure:symbol IfFree:number IfFull:number",
