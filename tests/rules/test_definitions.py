@@ -46,6 +46,7 @@ TOPPED = (
     "crate",
     "step_stool",
     "stairs",
+    "cabinet",
 )
 OPEN = {(thing, model) for thing in ("wedge", "pyramid") for model in TOPPED}
 OPEN.add(("room_corner", "crate"))
