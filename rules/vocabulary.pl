@@ -414,7 +414,7 @@ truth(upward(F),           fact(upward(F)),             fact(tilt(F, _, _))).
 truth(downward(F),         fact(downward(F)),           fact(tilt(F, _, _))).
 truth(on_ground(X),        fact(on_ground(X)),          fact(bottom_of(X, _, _))).
 truth(at_rim(X, F),        fact(at_rim(X, F)),          fact(tilt(F, _, _))).
-truth(joins(P, Q),         fact(joins(P, Q)),           pieces([P, Q])).
+truth(joins(P, Q),         fact(joins(P, Q)),           apart(P, Q)).
 truth(carries(P, Q),       fact(carries(P, Q)),         heights([P, Q])).
 truth(hangs_from(P, Q),    fact(hangs_from(P, Q)),      heights([P, Q])).
 truth(frames(P, O),        fact(frames(P, O)),          ( pieces([P]), fact(opening(O)) )).
@@ -449,6 +449,15 @@ seen(Parts) :-
 
 pieces(Ps) :-
     forall(member(P, Ps), fact(piece(P))).
+
+%   Of pieces between which there is volume that no piece explains nobody knows whether they touch.
+apart(P, Q) :-
+    pieces([P, Q]),
+    \+ ( fact(may_join(P, Q)),
+         fact(piece_of(P, T)),
+         fact(explained(T, Share)),
+         tolerance(explained, Least),
+         Share < Least ).
 
 %   What stands on what is known where up is.
 heights(Ps) :-

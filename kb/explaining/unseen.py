@@ -105,7 +105,11 @@ def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, .
 
 def _iter_gaps(sight: Sight, thing: str, length_unit: str | None) -> Iterator[Unseen]:
     """Return how much of the thing's volume is in no piece, and where."""
-    if round(1.0 - sight.filled, 2) <= 0.0:
+    lacking = 1.0 - sight.filled
+    if round(lacking, 2) <= 0.0:
+        return
+    if not sight.gaps:
+        yield Unseen(f"{lacking:.0%} of the volume of {thing} is in no piece")
         return
     points = np.array(sight.points)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -122,8 +126,7 @@ def _iter_gaps(sight: Sight, thing: str, length_unit: str | None) -> Iterator[Un
             span = "–".join(f"{height:.2g}" for height in heights.tolist())
             place += f", {format_with_unit(span, length_unit or 'units')} up"
         places.append(place)
-    where = f": {'; '.join(places)}" if places else ""
-    yield Unseen(f"{1.0 - sight.filled:.0%} of the volume of {thing} is in no piece{where}")
+    yield Unseen(f"{lacking:.0%} of the volume of {thing} is in no piece: {'; '.join(places)}")
 
 
 def _iter_unseen_sides(sight: Sight, about: "Looked") -> Iterator[Unseen]:

@@ -77,6 +77,7 @@ COUNTED_NAMED = 8
 
 _ABSENT = {
     **{kind.functor: kind.absent for kind in FACT_SCHEMA if kind.absent},
+    "joins": "volume that is in no piece lies against both",
     "/": _BY_ZERO,  # what it divides is known
 }
 # Words whose absence is that of a fact of another name.

@@ -102,6 +102,12 @@ _PIECES: tuple[FactKind, ...] = (
     ),
     _kind("joins +P:piece +Q:piece", _MAYBE, "they touch, within one cell", "otherwise"),
     _kind(
+        "may_join +P:piece +Q:piece",
+        _MAYBE,
+        "they do not touch, but volume that is in no piece lies against both",
+        "otherwise",
+    ),
+    _kind(
         "carries +P:piece +Q:piece",
         _MAYBE,
         "Q is off the ground, and P touches it and extends as low; or P carries a piece that "

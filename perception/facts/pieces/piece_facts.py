@@ -25,7 +25,14 @@ from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.pieces.measure_solids import measure_solids
 from facetlog.perception.pieces.pieces import find_pieces
-from facetlog.perception.pieces.shown_pieces import Kind, Piece, Pieces, ShownPiece, ShownPieces
+from facetlog.perception.pieces.shown_pieces import (
+    Kind,
+    Piece,
+    Pieces,
+    ShownPiece,
+    ShownPieces,
+    compute_box_corners,
+)
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.hollows import Hollow, find_hollows
@@ -345,13 +352,33 @@ class _Found:
                 yield from self._level(name, piece, self.up)
             for measure, if_free, if_full in self._iter_hidden_extents(piece, box):
                 yield "piece_unseen", (name, measure, if_free, if_full)
-        pairs = [("joins", self.pieces.joins)]
+        pairs = [("joins", self.pieces.joins), ("may_join", self._share_gaps(cell))]
         if self.up is not None:
             pairs.append(("carries", self.pieces.carries))
             pairs.append(("hangs_from", hanging(self.pieces, cell)))
         for functor, related in pairs:
             for i, j in np.argwhere(related).tolist():
                 yield functor, (self.names[i], self.names[j])
+
+    def _share_gaps(self, cell: float) -> NDArray[np.bool_]:
+        """Return which pieces (p, p) do not touch, while one gap of the volume lies within a cell
+        of the boxes round both.
+        """
+        corners = [compute_box_corners(piece) for piece in self.pieces.pieces]
+        found = np.zeros_like(self.pieces.joins)
+        for gap in np.array(self.pieces.gaps).reshape(-1, 2, 3):
+            near = np.array(
+                [
+                    bool(
+                        (each.min(axis=0) <= gap[1] + cell).all()
+                        and (each.max(axis=0) >= gap[0] - cell).all()
+                    )
+                    for each in corners
+                ]
+            )
+            found |= near[:, None] & near
+        np.fill_diagonal(found, val=False)
+        return found & ~self.pieces.joins
 
     def angles(self) -> Iterator[tuple[str, str, float, float]]:
         """Yield the arguments of the facts about how each two pieces are turned to one another."""

@@ -54,6 +54,12 @@ model stack
   board second
   board third
   long: length(first) at least 5 m
+
+model couple
+  "Two boards that touch."
+  board first
+  board second
+  touch: first joins second
 """
 SIZES = {"board": (1.0, 0.6, 0.1), "bar": (1.0, 0.1, 0.1), "block": (0.1, 0.1, 0.1)}
 
@@ -216,3 +222,17 @@ def test_a_part_that_is_given_changes_places_with_what_stood_there(
     assert verdict.state is State.FAILS
     assert parts[role] == (piece,)
     assert sorted(parts.values()) == [("p1",), ("p2",), ("p3",)]
+
+
+@pytest.mark.parametrize(
+    ("explained", "between", "state"),
+    [(0.9, True, State.UNKNOWN), (0.9, False, State.FAILS), (1.0, True, State.FAILS)],
+)
+def test_pieces_touch_or_not_unless_volume_between_them_is_in_no_piece(
+    base: KnowledgeBase, explained: float, between: bool, state: State
+) -> None:
+    facts = [*pieces({"p2": 0.0}, {"p2": "board"}), ("explained", "t1", explained)]
+    facts += [("may_join", "p1", "p2"), ("may_join", "p2", "p1")] if between else []
+    verdict = why(base, facts, "couple", first="p1", second="p2")
+    touch = next(c for c in verdict.conditions if c.label == "touch")
+    assert touch.proof.state is state

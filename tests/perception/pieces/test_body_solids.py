@@ -1,5 +1,7 @@
 """Which pieces the bodies of a mesh's scene get, and what facts say of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -121,3 +123,14 @@ def test_ends_that_nobody_sees_are_closed_and_open_boxes_are_not() -> None:
         assert not find_solid_pieces(*arrays(crate))
         closed = find_solid_pieces(*arrays(crate), up=np.array(side) * -1.0)
         assert len(closed.pieces) == 1
+
+
+@pytest.mark.parametrize(("gap", "pairs"), [((0.0, 0.0, 0.0, 1.2, 0.8, 0.7), 12), (None, 0)])
+def test_pieces_that_volume_in_no_piece_lies_against_may_touch(gap: object, pairs: int) -> None:
+    scene = scene_of(table())
+    (body,) = scene.bodies
+    assert body.solids is not None
+    solids = replace(body.solids, explained=0.9, gaps=() if gap is None else (gap,))
+    rows = fact_rows(replace(scene, bodies=(replace(body, solids=solids),)), {"may_join", "joins"})
+    assert len(rows["joins"]) == 8
+    assert len(rows["may_join"]) == pairs
