@@ -59,29 +59,28 @@ def _drop_inner(sheets: Sheets, given: Sheets, found: FoundPieces) -> list[int]:
     """Return the pieces that do not lie inside one of another body: those are drawn twice. What is
     in the hole of a pipe is not inside it.
     """
-    kept: list[int] = []
-    volumes = [piece.volume for piece in found.pieces]
+    volumes = np.array([piece.volume for piece in found.pieces])
     slack = 2.0 * PLANE_SLACK * sheets.slack  # as much as layers are thick
-    for number in sorted(range(len(volumes)), key=lambda i: -volumes[i]):
+    low = np.array([hull.points.min(axis=0) for hull in found.hulls]).reshape(-1, 3)
+    high = np.array([hull.points.max(axis=0) for hull in found.hulls]).reshape(-1, 3)
+    body = np.array(found.body)
+    kept = np.zeros(len(volumes), dtype=np.bool_)
+    order = np.argsort(-volumes, kind="stable").tolist()
+    for number in order:
         points = found.hulls[number].points
-        low, high = points.min(axis=0), points.max(axis=0)
-        inner = False
-        for other in kept:
-            if found.body[other] == found.body[number]:
-                continue
-            outer = found.hulls[other].points
-            if (outer.min(axis=0) <= low + slack).all() and (
-                outer.max(axis=0) >= high - slack
-            ).all():
-                body = given.corners[given.body == found.body[other]]
-                inner = bool(found.hulls[other].coarsen().contains(points, slack).all())
-                # a layer on the surface of a piece is part of it
-                inner = inner and (found.body[number] < 0 or is_inside(points.mean(axis=0), body))
-                if inner:
-                    break
-        if not inner:
-            kept.append(number)
-    return kept
+        outer = kept & (body != body[number])
+        outer &= (low <= low[number] + slack).all(axis=1)
+        outer &= (high >= high[number] - slack).all(axis=1)
+        kept[number] = not any(
+            found.hulls[other].coarsen().contains(points, slack).all()
+            # a layer on the surface of a piece is part of it
+            and (
+                body[number] < 0
+                or is_inside(points.mean(axis=0), given.corners[given.body == body[other]])
+            )
+            for other in np.flatnonzero(outer).tolist()
+        )
+    return [number for number in order if kept[number]]
 
 
 def _find_contacts(
