@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from functools import cache
 
 from lark.exceptions import UnexpectedInput
-from lark.lexer import PatternStr
 from lsprotocol import types as lsp
 
 from facetlog.grammar import syntax as s
@@ -92,15 +91,18 @@ def find_context(text: str, offset: int) -> Context | None:
     return Context(tokens[:-1], follow, terminals, model)
 
 
+UNLESS_LABEL = r"\b(?!\s*:)"
+"""Ends the terminals of words that are labels before a colon."""
+
+
 @cache
 def _get_keywords() -> dict[str, str]:
     """Return the words of the language by the names of their terminals."""
-    patterns = {terminal.name: terminal.pattern for terminal in build_statement_parser().terminals}
-    return {
-        name: pattern.value
-        for name, pattern in patterns.items()
-        if isinstance(pattern, PatternStr) and pattern.value.isalpha()
+    words = {
+        terminal.name: terminal.pattern.value.removesuffix(UNLESS_LABEL)
+        for terminal in build_statement_parser().terminals
     }
+    return {name: word for name, word in words.items() if word.isalpha()}
 
 
 def _find_following(tokens: Sequence[Token]) -> tuple[frozenset[str], frozenset[str]]:
