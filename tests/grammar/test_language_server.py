@@ -159,7 +159,7 @@ def test_unsaved_texts_of_other_files_count(editor: Editor) -> None:
         ("  top is ", {"level", "upright", "not", "board"}, {"adjoins", "top", "tilt"}),
         ("  top is not ", {"level"}, {"adjoins", "top"}),
         ("  tilt(", {"top", "leg", "square"}, {"face", "is"}),
-        ("  high: ", {"lowest", "smallest", "order", "tilt"}, {"gap"}),
+        ("  high: ", {"lowest", "smallest", "order", "tilt"}, {"deg"}),
         ("  tilt(top) at ", {"least", "most"}, {"level", "top"}),
         ("  tilt(top) at most 3 ", {"deg", "°", "cm", "%", "fading"}, {"top", "level"}),
         ("model desk ", {"is", "like"}, {"board"}),
