@@ -15,7 +15,14 @@ from facetlog.kb.explaining.near import format_nearest
 from facetlog.kb.explaining.proof import MARKS, Comparison, Nearness, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
-from facetlog.kb.explaining.wording import CAUSES, UNSEEN, add_article, listed, runs
+from facetlog.kb.explaining.wording import (
+    CAUSES,
+    UNSEEN,
+    add_article,
+    count_members,
+    listed,
+    runs,
+)
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Part, Verdict
@@ -360,7 +367,7 @@ def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
         return ("no part",)
     many = [p for p in parts if len(p.faces) > 1]
     ranges = {p: f"{p.role} = {runs(p.faces, ', ')}" for p in many}
-    counts = {p: f"{p.role} = {len(p.faces)} faces" for p in many}
+    counts = {p: f"{p.role} = {count_members(p.faces)}" for p in many}
     forms = tuple(between.join(form.get(p, str(p)) for p in parts) for form in ({}, ranges, counts))
     single = [str(part) for part in parts if not part.is_group]
     return (*forms, between.join(single)) if single else forms

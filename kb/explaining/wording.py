@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from facetlog.grammar.vocabulary import VOCABULARY
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
+from facetlog.plurals import many
 
 __all__ = [
     "CAUSES",
@@ -230,11 +231,31 @@ def _format_members(items: Sequence[Term]) -> str:
             for item in items
         ):
             members = [readable(arg) for item in items for arg in item.args]  # type: ignore[union-attr]
-            return f"{_strip_word_prefix(functor)}({runs(members, ', ')})"
+            return f"{_strip_word_prefix(functor)}({_shorten_members(members)})"
         case _ if all(isinstance(item, Atom) for item in items):
-            return runs([readable(item) for item in items], ", ")
+            return _shorten_members([readable(item) for item in items])
         case _:
             return readable(tuple(items))
+
+
+_NOUNS = {"f": "face", "e": "edge", "p": "piece", "o": "opening", "h": "hollow"}
+# More stretches of names that follow one another are counted.
+STRETCHES_NAMED = 3
+
+
+def count_members(names: Sequence[str]) -> str:
+    """Return how many there are, as what their names say that they are.
+
+    >>> count_members(["p1", "p4"]), count_members(["p1", "f4", "f5"])
+    ('2 pieces', '3 elements')
+    """
+    nouns = {_NOUNS.get(name[:1], "object") for name in names}
+    return many(len(names), nouns.pop() if len(nouns) == 1 else "element")
+
+
+def _shorten_members(names: Sequence[str]) -> str:
+    short = runs(names, ", ")
+    return count_members(names) if short.count(",") >= STRETCHES_NAMED else short
 
 
 def _strip_word_prefix(functor: str) -> str:
