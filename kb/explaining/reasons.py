@@ -89,7 +89,7 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
         case "short" if proof.other_shape:
             return (_Step(proof, is_wanted),)
         case "all" | "short" if proof.state is State.HOLDS:
-            # What should not be is so: its shape only says which piece is meant.
+            # The text forbids such a piece: its shape tells which one is meant, and is no reason.
             telling = () if is_wanted else tuple(child for child in same if not child.shape)
             return tuple(step for child in telling or same for step in of(child))
         case "all" | "short" if same:

@@ -25,7 +25,7 @@ UPRIGHT = 1e-3
 """Lengths of unit vectors in plan below this are those of upright ones."""
 # A way to go is said from this share of the distance to the thing on.
 WORTH_SAYING = 0.15
-# Of what no piece fills so many places are said.
+# The most places that are named where volume is in no piece.
 MOST_GAPS = 3
 DIGITS = 6
 """Digits to which directions and distances are compared."""

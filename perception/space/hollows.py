@@ -16,7 +16,7 @@ from facetlog.perception.space.space import Space, State
 
 # The directions in which a hollow may be open, by axis and sense: up, and to each side.
 _WAYS = ((2, 1), (0, 1), (0, -1), (1, 1), (1, -1))
-# Of two hollows of which one has so much of the other, the one with the smaller mouth is none.
+# Two hollows that share this much of the smaller one are one: the one with the larger mouth stays.
 SHARED = 0.5
 # Walls stand round most of a hollow: behind two posts lies none.
 WALLED = 0.5
@@ -76,7 +76,7 @@ def _open_along(
             if (other, way) == (axis, sense) or (on_ground and (other, way) == (2, -1)):
                 continue
             walled &= _meets(solid, other, way)
-    # What is narrower is how surfaces round to cells.
+    # Narrower spaces come from rounding surfaces to cells.
     walled = ndimage.binary_opening(walled, np.ones((FEWEST_CELLS,) * 3, dtype=np.bool_))
     # layers from the floor to the mouth, and one beyond what the lattice holds
     layers = np.moveaxis(walled, axis, 0)[::sense]

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,20 @@ from facetlog.perception.facts.levels.filled_space import FilledSpace
 from facetlog.perception.facts.levels.levels import level_at, shelves_below
 from facetlog.perception.facts.named_rows import CollectedFacts, Names
 from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
+from facetlog.perception.facts.pieces.opening_facts import (
+    find_openings_of,
+    iter_extents,
+    iter_hollow_facts,
+    iter_opening_facts,
+    iter_rim_facts,
+    openings_known,
+)
+from facetlog.perception.facts.pieces.piece_directions import (
+    find_broad_axis,
+    iter_angles,
+    measure_side_tilt,
+    measure_tilt,
+)
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     heights,
@@ -22,7 +35,6 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     iter_missed_beside_shares,
 )
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.pieces.measure_solids import measure_solids
 from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.pieces.shown_pieces import (
@@ -34,125 +46,16 @@ from facetlog.perception.pieces.shown_pieces import (
     compute_box_corners,
 )
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.hollows import Hollow, find_hollows
-from facetlog.perception.space.openings import Opening, find_openings, has_room_for_openings
-from facetlog.perception.space.space import Space
+from facetlog.perception.space.openings import Opening
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
-# A piece frames an opening along this share of its rim at least: it does not just touch a corner.
-FRAMES = 0.05
-# A face that leans less than this lies across: cos 30°.
-ACROSS = 0.866
-# An opening lies within a face that leaves it free and reaches round it, or in a piece that is all
-# of its rim, but for so much of it.
-BESIDE = 0.1
+# What only those ask for who name a hollow.
+HOLLOW_FACTS = ("hollow_of", "hollow_mouth", "hollows_known")
 # The foot of a leg is lower than this share of what stands on it.
 FOOT = 0.1
-
-Row = tuple[str, tuple[str | float, ...]]
-
-
-def find_openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ...]:
-    """Return the openings of a thing, in the space whose box fits it best."""
-    space, on_ground = _choose_opening_space(filled, up)
-    return find_openings(space, on_ground=on_ground)
-
-
-def openings_known(filled: FilledSpace, up: FloatArray | None, openings: Sequence[Opening]) -> bool:
-    """Return whether a thing can have no openings but these, wherever it may stand if up is not
-    known.
-    """
-    space, on_ground = _choose_opening_space(filled, up)
-    stands = None if up is None else on_ground
-    return not has_room_for_openings(space, openings, on_ground=stands)
-
-
-def _choose_opening_space(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, bool]:
-    return filled.tipped or filled.space, up is not None and filled.tipped is None
-
-
-def iter_opening_facts(
-    name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None, face_names: Names
-) -> Iterator[Row]:
-    """Yield functors and arguments of the facts about one opening; `face_names` (f,) are of all
-    faces.
-    """
-    yield "opening", (name,)
-    yield from _iter_extents(name, opening, filled, up)
-    middles = opening.places(np.insert(opening.cells, opening.along, 0, axis=1))
-    for face in filled.surface.faces:
-        if _is_within(middles, opening.lattice.axes[opening.along], face):
-            yield "opening_in", (name, str(face_names[face.index]))
-
-
-def iter_hollow_facts(name: str, hollow: Hollow, thing: str) -> Iterator[Row]:
-    """Yield functors and arguments of what a hollow has besides its extents."""
-    yield "hollow_of", (name, thing)
-    sd = float(np.sqrt(2.0)) * ROUNDING * hollow.lattice.cell
-    side = "top" if hollow.at_top else "side"
-    yield "hollow_mouth", (name, side, hollow.depth, sd, hollow.mouth, hollow.mouth_sd)
-
-
-def _iter_extents(
-    name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None
-) -> Iterator[Row]:
-    sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
-    yield "opening_size", (name, *opening.extents, sd)
-    if up is not None:
-        heights = opening.corners @ up - float(filled.space.corner[2])
-        low, high = max(0.0, float(heights.min())), float(heights.max())
-        yield "opening_heights", (name, low, high, sd)
-
-
-def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
-    """Return whether a face lies across an opening, reaches round it, and leaves it free: one of
-    cells with these middles (m, 3) through a thing along that direction (3,).
-    """
-    import shapely
-
-    across = float(along @ face.normal)
-    if abs(across) < ACROSS:
-        return False
-    # seen along the hole
-    reach = (face.middle - middles) @ face.normal / across
-    flat = face.flatten(middles + reach[:, None] * along)
-    low, high = np.array(face.polygon.bounds).reshape(2, 2)
-    if float(((flat >= low) & (flat <= high)).all(axis=1).mean()) < 1.0 - BESIDE:
-        return False  # most faces: they need not be looked at closely
-    points = shapely.points(flat)
-    around = float(shapely.covers(shapely.convex_hull(face.polygon), points).mean())
-    taken = float(shapely.covers(face.polygon, points).mean())
-    return around >= 1.0 - BESIDE and taken <= BESIDE
-
-
-def iter_rim_facts(
-    name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]
-) -> Iterator[Row]:
-    """Yield functors and arguments of what pieces, by their names, are along an opening's rim.
-
-    Each place of the rim is of the nearest piece; all of it may be of one, which has a hole.
-    """
-    if not pieces:
-        return
-    places = opening.places(opening.rim)
-    away = np.array([_measure_outside(piece, places) for _, piece in pieces])
-    shares = np.bincount(away.argmin(axis=0), minlength=len(pieces)) / len(places)
-    for (piece, _), share in zip(pieces, shares.tolist(), strict=True):
-        if share >= FRAMES:
-            yield "frames", (piece, name)
-        if share >= 1.0 - BESIDE:
-            yield "opening_in", (name, piece)
-
-
-def _measure_outside(piece: Piece, places: FloatArray) -> FloatArray:
-    """Return how far places (m, 3) lie outside of a piece's box (m,)."""
-    half = np.array([piece.length.value, piece.width.value, piece.thickness.value]) / 2.0
-    beyond = np.abs((places - piece.middle) @ piece.axes.T) - half
-    found: FloatArray = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
-    return found
 
 
 def find_grounded(pieces: Pieces, up: FloatArray, cell: float) -> NDArray[np.bool_]:
@@ -203,65 +106,12 @@ def _joined(joins: NDArray[np.bool_], first: NDArray[np.bool_], without: int) ->
     return reached
 
 
-def lying(piece: Piece, up: FloatArray) -> int:
-    """Return the axis that is square to its broad side: of those along which it is as thin within a
-    cell, as all are of a cube, the most upright one.
-    """
-    cell = piece.thickness.sd / ROUNDING
-    extents = (piece.length.value, piece.width.value, piece.thickness.value)
-    thin = [i for i, extent in enumerate(extents) if extent <= piece.thickness.value + cell]
-    return max(thin, key=lambda i: abs(float(piece.axes[i] @ up)))
-
-
-def tilt(piece: Piece, up: FloatArray) -> Estimate:
-    """Return the tilt of a piece's direction or broad side, degrees from level."""
-    rise = min(1.0, abs(float(_direction(piece, up) @ up)))
-    angle = np.arcsin(rise) if piece.kind is Kind.BAR else np.arccos(rise)
-    return Estimate(float(np.rad2deg(angle)), float(np.rad2deg(_sd(piece))))
-
-
-def side_tilt(piece: Piece, up: FloatArray) -> Estimate:
-    """Return the tilt of the most level side of a piece's least box, degrees from level."""
-    rise = min(1.0, float(np.abs(piece.axes @ up).max()))
-    return Estimate(float(np.rad2deg(np.arccos(rise))), float(np.rad2deg(_sd(piece))))
-
-
-def angles_between(
-    pieces: Sequence[Piece], up: FloatArray | None
-) -> Iterator[tuple[int, int, Estimate]]:
-    """Yield the angle between each two, by their indices, in degrees: 0 along each other, 90
-    square.
-    """
-    directions = [_direction(piece, up) for piece in pieces]
-    for i, j in permutations(range(len(pieces)), 2):
-        along = min(1.0, abs(float(directions[i] @ directions[j])))
-        # what is slender lies along a broad side where it is square to its normal
-        alike = (pieces[i].kind is Kind.BAR) == (pieces[j].kind is Kind.BAR)
-        angle = np.arccos(along) if alike else np.arcsin(along)
-        sd = float(np.hypot(_sd(pieces[i]), _sd(pieces[j])))
-        yield i, j, Estimate(float(np.rad2deg(angle)), float(np.rad2deg(sd)))
-
-
-def _direction(piece: Piece, up: FloatArray | None) -> FloatArray:
-    """Return unit vector (3,) along its length if it is slender, else square to its broad side."""
-    square = 2 if up is None else lying(piece, up)
-    direction: FloatArray = piece.axes[0 if piece.kind is Kind.BAR else square]
-    return direction
-
-
-def _sd(piece: Piece) -> float:
-    """Return the sd of a piece's direction, radians: its ends are each known to a cell."""
-    across = piece.length if piece.kind is Kind.BAR else piece.width
-    if not across.value > 0.0:
-        return float(np.pi) / 2.0
-    return float(np.arctan2(np.sqrt(2.0) * across.sd, across.value))
-
-
 def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     """Add all facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
     with_openings = any(rows.wants(kind.functor) for kind in OPENING_KINDS)
+    with_hollows = any(rows.wants(functor) for functor in HOLLOW_FACTS)
     holes = hollow_count = 0
     for found in _iter_found_pieces(s):
         for functor, each in found.facts(s.face_names):
@@ -286,7 +136,11 @@ def piece_facts(s: SceneMemo, rows: CollectedFacts) -> None:
         holes += len(named)
         for functor, each in found.openings(named, s.face_names):
             rows.add_rows(functor, [each])
-        hollows = () if found.up is None else find_hollows(found.filled.space, on_ground=True)
+        hollows = (
+            ()
+            if found.up is None or not with_hollows
+            else find_hollows(found.filled.space, on_ground=True)
+        )
         named_hollows = [(f"h{hollow_count + i}", each) for i, each in enumerate(hollows, start=1)]
         hollow_count += len(hollows)
         for functor, each in found.hollows(named_hollows):
@@ -345,8 +199,8 @@ class _Found:
             if self.up is not None:
                 low, high = self._heights(piece)
                 yield "piece_heights", (name, low, high, piece.length.sd)
-                yield "piece_tilt", (name, *tilt(piece, self.up))
-                yield "piece_side_tilt", (name, *side_tilt(piece, self.up))
+                yield "piece_tilt", (name, *measure_tilt(piece, self.up))
+                yield "piece_side_tilt", (name, *measure_side_tilt(piece, self.up))
                 if on_ground:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
@@ -382,7 +236,7 @@ class _Found:
 
     def angles(self) -> Iterator[tuple[str, str, float, float]]:
         """Yield the arguments of the facts about how each two pieces are turned to one another."""
-        for one, other, angle in angles_between(self.pieces.pieces, self.up):
+        for one, other, angle in iter_angles(self.pieces.pieces, self.up):
             yield self.names[one], self.names[other], *angle
 
     def overlaps(self) -> Iterator[tuple[str, str, float, float]]:
@@ -427,7 +281,7 @@ class _Found:
         name.
         """
         for name, hollow in named:
-            yield from _iter_extents(name, hollow, self.filled, self.up)
+            yield from iter_extents(name, hollow, self.filled, self.up)
             yield from iter_hollow_facts(name, hollow, self.thing)
         if self.filled.known and self.up is not None:
             yield "hollows_known", (self.thing,)
@@ -492,7 +346,7 @@ class _Found:
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
         if piece.kind is Kind.BAR:
             return
-        side = lying(piece, up)
+        side = find_broad_axis(piece, up)
         if abs(float(piece.axes[side] @ up)) < LEVEL_ENOUGH:
             return
         height = self._find_upper_side(piece, up, side)

@@ -25,7 +25,7 @@ ABREAST = 0.5
 SUNK = 2.0 / 3.0
 # ... and no more than this share of the rest is over or under the other.
 OVER = 0.1
-# What of one box is sunk into another is asked at so many places along each axis.
+# The number of columns along each axis in which one box is tested for being sunk into another.
 WITHIN = 10
 # One is inside another but for this share of its extent at each side.
 BEYOND = 0.05

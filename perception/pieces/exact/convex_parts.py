@@ -35,7 +35,8 @@ ROUND = 0.7
 # Mean sine by which sides of what was turned on a lathe face away from its axis: .2 for an octagon,
 # .41 for a square.
 ASKEW = 0.25
-# Of a round bar that goes on flush, as a wheel beside its fork, more than half is seen all round.
+# The least share of the circle that shows of a round bar flush with another part, as of a wheel
+# flush with its fork.
 SEEN_ROUND = 0.55
 # A chord of a twelfth of a circle is so far off it, as a share of the radius, and some.
 OFF_ROUND = 0.04

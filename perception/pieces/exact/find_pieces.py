@@ -10,13 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.pieces.exact.assemble_pieces import FoundPieces, assemble_pieces
 from facetlog.perception.pieces.exact.box_cover import find_boxes
-from facetlog.perception.pieces.exact.cap_sheets import SHALLOW
 from facetlog.perception.pieces.exact.convex_parts import (
     CONVEX,
-    DIRECTIONS,
     ConvexPart,
     Hull,
     find_convex_groups,
@@ -25,11 +22,11 @@ from facetlog.perception.pieces.exact.convex_parts import (
     is_turned,
     join_through,
     make_convex_piece,
-    measure_section_roundness,
 )
 from facetlog.perception.pieces.exact.cut_pieces import CutPiece, CutPieces
 from facetlog.perception.pieces.exact.hollows import fill_hollows
 from facetlog.perception.pieces.exact.lattice import Lattice, cluster_places, make_lattice
+from facetlog.perception.pieces.exact.open_parts import add_open_parts
 from facetlog.perception.pieces.exact.regions import (
     PLANE_SLACK,
     Regions,
@@ -38,13 +35,9 @@ from facetlog.perception.pieces.exact.regions import (
     find_regions,
 )
 from facetlog.perception.pieces.exact.sheets import (
-    LAYER_SHARE,
-    OpenSheet,
     Sheets,
     close_sheets,
 )
-from facetlog.perception.pieces.pieces import find_least_box
-from facetlog.perception.pieces.shown_pieces import SLENDER
 from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
 from facetlog.perception.types import FloatArray
 
@@ -56,14 +49,6 @@ SHOWN = 0.05
 # A body that cannot be cut is still a piece, of which no more is known, if it fills so much of its
 # hull: a bent leg.
 BENT = 0.5
-# Of an open bar or board most of the sides are there: of a square bar three of four.
-MOST_SIDES = 0.6
-# Triangles times planes that are compared.
-MOST_COMPARED = 1_000_000
-# Sides of a board lie along each other to this cosine, half a degree, and are alike in extent but
-# for this share.
-EVEN = np.cos(np.radians(0.5))
-SAME_SIDE = 0.05
 _CORNERS = np.array(list(np.ndindex(2, 2, 2)))
 
 
@@ -90,92 +75,8 @@ def find_solid_pieces(
     for rows in iter_groups(sheets.body):
         body = int(sheets.body[rows[0]])
         _BodyCut(sheets, regions, rows, pairs[body]).add_to(found)
-    _add_layers(sheets, _add_bars(sheets, found), found)
+    add_open_parts(sheets, found)
     return assemble_pieces(sheets, given, found)
-
-
-def _add_bars(sheets: Sheets, found: FoundPieces) -> list[FloatArray]:
-    """Add bars and boards of which hidden sides are missing; return the layers of other open
-    sheets, of which what is in no layer stays open.
-    """
-    layers = []
-    for loose in sheets.loose:
-        large = len(loose.layers) != 1 and loose.area > LAYER_SHARE * sheets.surface
-        hull = find_hull(loose.corners.reshape(-1, 3)) if large else None
-        box = None if hull is None else _find_bar(loose, hull)
-        if hull is None or box is None:
-            layers += loose.layers
-            if loose.bare > 0.0:
-                found.open_area += loose.bare
-                spots = loose.corners.reshape(-1, 3) + sheets.centre
-                found.left.append(np.stack([spots.min(axis=0), spots.max(axis=0)]))
-                found.left_volumes.append(0.0)
-            continue
-        extents, axes, middle = box
-        round_ = max(measure_section_roundness(hull.points, axis) for axis in axes)
-        place = (hull.points + sheets.centre, axes, middle + sheets.centre, extents)
-        found.pieces.append(CutPiece(*place, round_, hull.volume))
-        found.hulls.append(hull)
-        found.body.append(-1 - len(found.body))
-    return layers
-
-
-def _find_bar(loose: OpenSheet, hull: Hull) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Return extents, axes and middle of an open sheet that is most of a bar or a board."""
-    if loose.area < MOST_SIDES * hull.area or len(loose.corners) * len(hull.planes) > MOST_COMPARED:
-        return None
-    sides = loose.corners[:, 1:] - loose.corners[:, :1]
-    normals = np.cross(sides[:, 0], sides[:, 1])
-    double = np.linalg.norm(normals, axis=1)
-    off = (loose.corners.mean(axis=1) @ hull.planes[:, :3].T + hull.planes[:, 3]).max(axis=1)
-    largest = np.argsort(-double, kind="stable")[:DIRECTIONS]
-    box = find_least_box(hull.points, list(normals[largest] / double[largest, None]), 0.0)
-    length, width, thickness = box[0]
-    even = off.min() > -SAME_SIDE * thickness
-    bar = width < SLENDER * length or thickness < SHALLOW * np.sqrt(length * width)
-    return box if even and bar else None
-
-
-def _add_layers(sheets: Sheets, flat: list[FloatArray], found: FoundPieces) -> None:
-    """Add boards of layers: two that are the sides of a board without edges are one; others are as
-    thick as places are known, so that they have a hull.
-    """
-    layers = []
-    for corners in flat:
-        centred = corners - corners.mean(axis=0)
-        normal = np.linalg.svd(centred, full_matrices=False)[2][2]
-        layers.append((corners - (centred @ normal)[:, None] * normal, normal))
-    number = np.arange(len(layers))
-    normals = np.array([normal for _, normal in layers]).reshape(-1, 3)
-    for one, two in np.argwhere(np.triu(np.abs(normals @ normals.T) > EVEN, 1)).tolist():
-        one_side, two_side = layers[one][0], layers[two][0]
-        if (number[[one, two]] == (one, two)).all() and _is_board(one_side, two_side, normals[one]):
-            number[two] = one
-    for own in iter_groups(number):
-        normal = normals[own[0]]
-        points = np.concatenate([layers[i][0] for i in own])
-        if len(own) == 1:
-            half = PLANE_SLACK * sheets.slack * normal
-            points = np.concatenate([points - half, points + half])
-        hull = find_hull(points)
-        if hull is None:
-            continue
-        extents, axes, middle = find_least_box(hull.points, [normal], 0.0)
-        round_ = measure_section_roundness(hull.points, normal)
-        place = (hull.points + sheets.centre, axes, middle + sheets.centre, extents)
-        found.pieces.append(CutPiece(*place, round_, hull.volume))
-        found.hulls.append(hull)
-        found.body.append(-1 - len(found.body))
-
-
-def _is_board(one: FloatArray, two: FloatArray, normal: FloatArray) -> bool:
-    """Return whether two level layers of points (n, 3), (m, 3) are sides of a board."""
-    across = make_plane_axes(normal, np.eye(3)[np.abs(normal).argmin()])
-    sizes = [np.ptp(side @ across.T, axis=0) for side in (one, two)]
-    both = np.ptp(np.concatenate([one, two]) @ across.T, axis=0)
-    apart = abs(float((one[0] - two[0]) @ normal))
-    same = (both * (1.0 - SAME_SIDE) <= np.minimum(*sizes)).all()
-    return bool(same and apart < SHALLOW * float(np.sqrt(both.prod())))
 
 
 @dataclass(eq=False, slots=True)
@@ -205,10 +106,9 @@ class _BodyCut:
             self._cut_apart()
             self.pieces, self.hulls = join_through(sheets, rows, self.pieces, self.hulls)
         if not self.pieces and (convex or is_turned(sheets, rows, hull)):
-            self._add_part(ConvexPart(rows, hull, whole))
+            self._add_part(ConvexPart(rows, hull, whole), explains=whole)
         if not self.pieces and whole > BENT * hull.volume:
-            self._add_part(ConvexPart(rows, hull, whole))
-            self.explained = 0.0
+            self._add_part(ConvexPart(rows, hull, whole), explains=0.0)
         found.pieces += self.pieces
         found.hulls += self.hulls
         found.body += [body] * len(self.pieces)
@@ -217,10 +117,10 @@ class _BodyCut:
             found.left.append(self._find_unexplained())
             found.left_volumes.append(whole - self.explained)
 
-    def _add_part(self, part: ConvexPart) -> None:
+    def _add_part(self, part: ConvexPart, *, explains: float) -> None:
         self.pieces.append(make_convex_piece(self.sheets, self.regions, part))
         self.hulls.append(part.hull)
-        self.explained += part.volume
+        self.explained += explains
 
     def _find_unexplained(self) -> FloatArray:
         """Return the box (2, 3) round the triangles that are on no piece, of all if there are
@@ -249,7 +149,7 @@ class _BodyCut:
             peeled[part.rows] = True
         parts += find_flush_bars(sheets, regions, rows[regions.curved[label] & ~peeled[rows]])
         for part in parts:
-            self._add_part(part)
+            self._add_part(part, explains=part.volume)
         usable = ~peeled[rows] & ~regions.curved[label]
         left = usable.copy()
         for _ in range(MOST_FRAMES):

@@ -33,9 +33,9 @@ MOST_COMPARED = 10_000_000
 LAYER_SHARE = 0.002
 # Its triangles turn less, as facets of what is flat do where exporters round the corners.
 LAYER_DEG = 0.5
-# Of a flat sheet no more than this share is not flat: edges that were rounded.
+# The largest share of a flat sheet that may lie off its plane: edges that were rounded.
 ROUNDED = 0.1
-# They lie in one plane but for this share of their extent.
+# The largest distance of a flat sheet from its plane, as a share of its extent.
 LAYER_FLAT = 1e-3
 # A sheet with less volume than this share of its area times size encloses nothing.
 LEAST_VOLUME = 1e-6
@@ -108,17 +108,13 @@ def close_sheets(
     source = source[own]
     if not len(triangles):
         return "the mesh has no triangles of any area"
-    one, two = pair_half_edges(points, triangles, part[source])
-    links, (starts, ends) = np.column_stack([one // 3, two // 3]), _list_half_edges(triangles)
-    sheet, flip, twisted = wind_triangles(len(triangles), links, starts[one] == starts[two])
-    caps, capped = _cap_sheets(
-        points, triangles, sheet, np.concatenate([one, two]), flip, slack, up
-    )
+    joints = _join_triangles(points, triangles, part[source])
+    caps, capped = _cap_sheets(points, triangles, joints, slack, up)
     if len(caps):
         triangles, source = np.concatenate([triangles, caps]), np.append(source, source[capped])
-        one, two = pair_half_edges(points, triangles, part[source])
-        links, (starts, ends) = np.column_stack([one // 3, two // 3]), _list_half_edges(triangles)
-        sheet, flip, twisted = wind_triangles(len(triangles), links, starts[one] == starts[two])
+        joints = _join_triangles(points, triangles, part[source])
+    one, two, edges, sheet, flip, twisted = joints
+    links = np.column_stack([one // 3, two // 3])
     as_given = triangles
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
     count = int(sheet.max()) + 1
@@ -151,7 +147,7 @@ def close_sheets(
         areas[kept],
         bodies,
         number[links[inner]],
-        np.column_stack([starts[one], ends[one]])[inner],
+        edges[inner],
         centre,
         size,
         slack,
@@ -161,25 +157,31 @@ def close_sheets(
     )
 
 
-def _list_half_edges(triangles: Indices) -> tuple[Indices, Indices]:
-    """Return the first and the last corner (3 m,) of the sides of triangles (m, 3)."""
-    return triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+# Of half edges (k,), (k,) that continue each other: these, their edges (k, 2), and of the triangles
+# the sheet (m,), whether to turn it (m,), and those of one-sided sheets.
+_Joints = tuple[Indices, Indices, Indices, Indices, Bools, Indices]
+
+
+def _join_triangles(points: FloatArray, triangles: Indices, part: Indices) -> _Joints:
+    """Return how triangles (m, 3) of parts (m,) continue each other."""
+    one, two = pair_half_edges(points, triangles, part)
+    starts, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    links = np.column_stack([one // 3, two // 3])
+    wound = wind_triangles(len(triangles), links, starts[one] == starts[two])
+    return one, two, np.column_stack([starts[one], ends[one]]), *wound
 
 
 def _cap_sheets(
     points: FloatArray,
     triangles: Indices,
-    sheet: Indices,
-    paired: Indices,
-    flip: Bools,
+    joints: _Joints,
     slack: float,
     up: FloatArray | None,
 ) -> tuple[Indices, Indices]:
-    """Return the caps of open sheets, and a triangle of the sheet of each; half edges `paired`
-    have a neighbour, triangles to `flip` are wound against the others of their sheet.
-    """
+    """Return the caps of open sheets, and a triangle of the sheet of each."""
+    one, two, _, sheet, flip, _ = joints
     is_open = np.ones(3 * len(triangles), dtype=np.bool_)
-    is_open[paired] = False
+    is_open[one] = is_open[two] = False
     if not is_open.any():
         return np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
     # of a turned triangle the sides run from the last corner to the first

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.pieces.piece_facts import angles_between
+from facetlog.perception.facts.pieces.piece_directions import iter_angles
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.pieces.shown_pieces import Piece
 from facetlog.perception.surfaces.exact_solids.builders import build
@@ -24,7 +24,7 @@ def piece(extents: tuple[float, float, float], axes: FloatArray) -> Piece:
 
 
 def between(one: Piece, other: Piece, up: FloatArray | None = None) -> Estimate:
-    (_, _, first), (_, _, second) = angles_between([one, other], up)
+    (_, _, first), (_, _, second) = iter_angles([one, other], up)
     assert first == second
     return first
 
