@@ -10,6 +10,7 @@ from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Sid
 from facetlog.kb.explaining.records import decode_record, unreadable
 from facetlog.kb.explaining.verdict import Part, Verdict
 from facetlog.kb.explaining.wording import (
+    NOUNS,
     UNSEEN,
     add_article,
     describe_cause,
@@ -42,9 +43,6 @@ def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
     return replace(verdict, conditions=conditions, length_unit=length_unit)
 
 
-_KINDS = {"p": "piece", "o": "opening", "h": "hollow", "f": "face"}
-
-
 def _describe_left_part(proof: Proof, role: str, thing: str) -> Proof:
     """Return the proof of a single part's line, where what is counted is all that there is for it
     and for the parts before it."""
@@ -55,7 +53,7 @@ def _describe_left_part(proof: Proof, role: str, thing: str) -> Proof:
     if not isinstance(step, Note) or step.counted is None or not proof.test.startswith("at_least"):
         return proof
     found, wanted = step.counted
-    kind = next((_KINDS[m[1]] for m in re.finditer(r"\b([pohf])\d", proof.test)), "")
+    kind = next((NOUNS[m[1]] for m in re.finditer(r"\b([pohf])\d", proof.test)), "")
     if not kind:
         return proof
     there = many(found, kind)

@@ -238,7 +238,8 @@ def _format_members(items: Sequence[Term]) -> str:
             return readable(tuple(items))
 
 
-_NOUNS = {"f": "face", "e": "edge", "p": "piece", "o": "opening", "h": "hollow"}
+NOUNS = {"f": "face", "e": "edge", "p": "piece", "o": "opening", "h": "hollow"}
+"""What parts are, by the letter that their names begin with."""
 # More stretches of names that follow one another are counted.
 STRETCHES_NAMED = 3
 
@@ -249,7 +250,7 @@ def count_members(names: Sequence[str]) -> str:
     >>> count_members(["p1", "p4"]), count_members(["p1", "f4", "f5"])
     ('2 pieces', '3 elements')
     """
-    nouns = {_NOUNS.get(name[:1], "object") for name in names}
+    nouns = {NOUNS.get(name[:1], "object") for name in names}
     return many(len(names), nouns.pop() if len(nouns) == 1 else "element")
 
 

@@ -46,9 +46,14 @@ class Piece:
     @property
     def kind(self) -> Kind:
         """The word for it by its proportions."""
-        if self.thickness.value <= THIN * self.width.value:
-            return Kind.BOARD
-        return Kind.BAR if self.width.value <= SLENDER * self.length.value else Kind.BLOCK
+        return choose_kind(self.length.value, self.width.value, self.thickness.value)
+
+
+def choose_kind(length: float, width: float, thickness: float) -> Kind:
+    """Return the word for a piece of these extents."""
+    if thickness <= THIN * width:
+        return Kind.BOARD
+    return Kind.BAR if width <= SLENDER * length else Kind.BLOCK
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -87,11 +87,8 @@ class _Summary:
         """The pieces: of which thing and shape each is, its sizes, and what it stands on; without a
         known up it stands on nothing."""
         from facetlog.perception.facts.all_facts import fact_rows
-        from facetlog.perception.facts.pieces.piece_facts import shown_pieces
+        from facetlog.perception.pieces.shown_pieces import choose_kind
 
-        shapes = {
-            each.name: each.piece.kind.value for each in shown_pieces(self.shape.scene).pieces
-        }
         kinds = "piece_of", "piece_size", "piece_heights", "piece_on_ground", "carries", "joins"
         rows = fact_rows(self.shape.scene, kinds)
         owners, sizes = ({row[0]: row[1:] for row in rows.get(kind, ())} for kind in kinds[:2])
@@ -101,11 +98,10 @@ class _Summary:
         for piece, (thing,) in owners.items():
             length, width, thickness, _ = map(float, sizes[piece])
             on = [a for a, b in rows.get("carries", ()) if b == piece and (a, b) in touching]
+            shape = choose_kind(length, width, thickness).value
             lengths = {"length": length, "width": width, "thickness": thickness}
             stands = {"on_ground": piece in grounded, "on": on}
-            found.append(
-                {"name": piece, "thing": thing, "shape": shapes[str(piece)], **lengths, **stands}
-            )
+            found.append({"name": piece, "thing": thing, "shape": shape, **lengths, **stands})
         return found
 
     def _index_rows(self, functor: str) -> "dict[Value, tuple[Value, ...]]":

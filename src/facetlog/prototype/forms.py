@@ -1,7 +1,6 @@
 """The forms that a search begins with: the builders of examples, and assemblies of a few parts."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -271,15 +270,14 @@ def wheeled(start: Assembly) -> Assembly:
 
 
 def _sides(grown: Assembly, on: Part, pattern: str, *, flush: bool) -> tuple[Assembly, Plan, Plan]:
-    kind = find_pattern(pattern).kind
-    rim = ZERO
+    made, rim = find_pattern(pattern), ZERO
     if not flush:
         grown, rim = grown.size("inset", INSET)
-    # What stands in rows begins as half as wide as it could be.
-    rows = max((int(n) for n in re.findall(r"\d+", pattern)), default=0)
-    shorter = min((high - low).of(grown.sizes) for low, high in (on.x, on.y))
-    thick_m = shorter / (2 * rows) if rows else BAR if kind == "bar" else THIN
-    grown, thick = grown.size("thickness", thick_m)
+    start = BAR if made.kind == "bar" else THIN
+    if made.longest_row:  # it begins half as wide as it could be
+        shorter = min((high - low).of(grown.sizes) for low, high in (on.x, on.y))
+        start = shorter / (2 * made.longest_row)
+    grown, thick = grown.size("thickness", start)
     x, y = (Sides(*extent, rim, thick) for extent in (on.x, on.y))
     return grown, x, y  # type: ignore[return-value]
 

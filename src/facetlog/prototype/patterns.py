@@ -61,6 +61,7 @@ class Pattern:
     count: int
     kind: str
     plan: Callable[[Sides, Sides], tuple[Plan, ...]]
+    longest_row: int = 0  # of a grid
 
 
 PATTERNS: Mapping[str, Pattern] = MappingProxyType(
@@ -110,5 +111,8 @@ def find_pattern(name: str) -> Pattern:
         return PATTERNS[name]
     rows, columns = (int(word) for word in re.findall(r"\d+", name))
     return Pattern(
-        rows * columns, "cube", lambda x, y: tuple(product(x.spread(columns), y.spread(rows)))
+        rows * columns,
+        "cube",
+        lambda x, y: tuple(product(x.spread(columns), y.spread(rows))),
+        max(rows, columns),
     )
