@@ -220,11 +220,14 @@ judged(Target, Module, Model, Thing, Verdict) :-
     findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates),
     length(Candidates, Count),
-    Target:plan(Model, Plan),
-    best_by(Plan, Module, Model, Candidates, Found, _),
-    (   Found = found(Of, Parts, _)
-    ->  brief_on(Target, Module, Model, Of, Parts, Verdict)
-    ;   Verdict = brief(Model, Thing, unknown, 0, 1, [], [], _)
+    (   Candidates == []
+    ->  Verdict = brief(Model, Thing, unknown, 0, 1, [], [], _)
+    ;   Target:cheapest(Model, Names),
+        all_hopeless(Names, Target, Candidates)
+    ->  Verdict = brief(Model, Thing, fails, 0, 0, [], [], _)
+    ;   Target:plan(Model, Plan),
+        best_by(Plan, Module, Model, Candidates, found(Of, Parts, _), _),
+        brief_on(Target, Module, Model, Of, Parts, Verdict)
     ),
     Verdict = brief(_, _, _, _, _, _, _, cost(Count, _, _)),
     !.

@@ -1,6 +1,7 @@
 :- module(facetlog_specialise, [ specialised/2,       % +Model, +Context
                                  all_outlines/5,       % +Names, +Target, +Thing, +Parts, -Outlines
-                                 all_outlined/5        % +Names, +Target, +Thing, +Parts, -Outline
+                                 all_outlined/5,       % +Names, +Target, +Thing, +Parts, -Outline
+                                 all_hopeless/3        % +Names, +Target, +Candidates
                                ]).
 
 /** <module> Rules for one scene after the other
@@ -32,6 +33,7 @@ always did; nothing is judged in another way.
 %     - plan(Model, Plan), as plan/3 has it, with specialised(Target, Name) for one label(Label) or
 %       several: Name(Thing, Parts, Outlines) gives the outlines of their conditions;
 %     - lines(Model, Names): the same for each condition, in the order of the file;
+%     - cheapest(Model, Names): the same, the cheapest first;
 %     - group(Model, Thing, Parts, Role, Members), nondet;
 %     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
 %
@@ -54,6 +56,10 @@ model_code(Context, Model) :-
     maplist(line_code(Context, Model), Lines, Names),
     put_clause(Context, lines(Model, Names)),
     plan(Module, Model, Plan0),
+    maplist(one_label, Plan0, Single),
+    maplist(group_of_lines(Context, Lines, Names), Single, Cheapest0),
+    findall(Name, member(group(specialised(_, Name), _), Cheapest0), Cheapest),
+    put_clause(Context, cheapest(Model, Cheapest)),
     cheap_together(Plan0, Lines, Plan1),
     maplist(group_of_lines(Context, Lines, Names), Plan1, Plan),
     put_clause(Context, plan(Model, Plan)),
@@ -224,6 +230,30 @@ all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
     call(Target:Name, Thing, Parts, First),
     append(First, Rest, Outlines),
     all_outlines(Names, Target, Thing, Parts, Rest).
+
+%!  all_hopeless(+Names, +Target, +Candidates) is semidet.
+%
+%   Each of Candidates, Thing-Parts, has a degree of next to nothing by what the predicates Names give: so
+%   all fail.
+
+all_hopeless(Names, Target, Candidates) :-
+    \+ ( member(Thing-Parts, Candidates),
+         \+ hopeless(Names, Target, Thing, Parts, 1) ).
+
+%   Degrees are multiplied: what has come down to that stays there.
+hopeless([Name|Names], Target, Thing, Parts, High0) :-
+    call(Target:Name, Thing, Parts, Outlines),
+    foldl(times_high, Outlines, High0, High),
+    (   least_degree(Least),
+        High < Least
+    ->  true
+    ;   hopeless(Names, Target, Thing, Parts, High)
+    ).
+
+least_degree(0.001).
+
+times_high(outline(_, _, H, _), High0, High) :-
+    High is High0*H.
 
 %!  all_outlined(+Names, +Target, +Thing, +Parts, -Outline) is det.
 %
