@@ -14,9 +14,9 @@ not fail then settles what the verdict is.
 :- use_module(facetlog_kb(variables)).
 :- use_module(facetlog_kb(in_progress)).
 
-%   As many assignments as are tried of near misses (as_far_as_seen: 6*3*3): so many are searched
+%   As many as are tried for the first of several parts that may be unseen (joins.py): so many are searched
 %   for the best of them before it is asked whether others can be better.
-block_size(54).
+block_size(6).
 
 %!  blocks(+Module, +Model, +Candidates, -Blocks) is det.
 %
@@ -57,14 +57,14 @@ none_holds(Module, Model, Candidates) :-
     \+ ( member(Thing-Some, Distinct), may_hold(Module, Model, Thing, Test) ),
     !.
 
-%   Some are the variables of parts in Test, which are not all there are.
+%   Some are the variables of parts in Test: one, or at least not all there are.
 some_parts(Thing, Parts, Test, Some) :-
     var(Thing),
     nonvar(Test),
     term_variables(Parts, PartVariables),
     term_variables(Test, TestVariables),
     include(among(TestVariables), PartVariables, Some),
-    \+ same_length(Some, PartVariables).
+    ( Some = [_] -> true ; \+ same_length(Some, PartVariables) ).
 
 may_hold(Module, Model, Thing, Test) :-
     while_judging(Module, Model, Thing, outline(Test, Module, Outline)),
