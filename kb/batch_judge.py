@@ -5,7 +5,6 @@ proofs. Models are specialised once for that (prolog/batch/specialise.pl), only 
 ask for are handed over, and a scene is one request.
 """
 
-import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,43 +13,33 @@ from facetlog.kb.brief_verdict import STACKS, BriefVerdict, Conditions, Cost
 from facetlog.kb.calibration import Evidence, InputKind, make_evidence
 from facetlog.kb.confidence import Confidence
 from facetlog.kb.engine.closing import Closing
-from facetlog.kb.engine.engine import house
-from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
-from facetlog.kb.engine.transport import LOAD_SECONDS, scene_module
+from facetlog.kb.engine.terms import Atom, Struct, Term
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.records import decode_record
 from facetlog.kb.explaining.wording import UNSEEN
-from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.facts_on_demand import Columns, encode_facts
-from facetlog.kb.loading.rule_source import MODEL_SUFFIX
-from facetlog.kb.loading.scene_cache import SceneCache
+from facetlog.kb.loading.model_code import (
+    OpenCode,
+    compute_models_hash,
+    note_closed,
+    open_code,
+)
 from facetlog.kb.recognize import open_knowledge_base
 
 __all__ = ["BatchJudge", "collect_columns", "collect_evidence"]
-
-# What verdicts follow from beside the models: words, measures and how they are judged; of models
-# that cannot be specialised also by how it is proved.
-JUDGING_CODE = ("rules/*.pl", "kb/prolog/**/*.pl")
-HASH_DIGITS = 16
 
 # Facts that say how a thing was measured: the kinds of surface (without one it was found in
 # pictures), and all that evidence is made of.
 SURFACES = {("whole", 1): InputKind.WHOLE, ("scanned", 1): InputKind.SCANNED}
 EVIDENCE = frozenset({*SURFACES, ("view", 2), ("part_of", 2), ("area", 3), ("coverage", 2)})
 
-NAME_DIGITS = 24  # of a module's digest
-# Modules of open batches that are named by what they hold.
-_in_use: set[str] = set()
-
 # Limits that one model reaches on one thing, by what Prolog calls them.
 LIMITS = {"stacks": STACKS, "inferences": "the limit of inferences"}
 
 SEPARATOR = "\x7f"  # separator/1 of batch.pl
 
-# opened(Kinds, General): the kinds of facts that models need, and of which models some are special.
-_OPENED = tuple[tuple[tuple[str, int], ...], tuple[tuple[str, tuple[str, ...]], ...]]
 # conditions(Model, Count, Interpreted) of each model.
 _CONDITIONS = tuple[tuple[str, int, tuple[str, ...]], ...]
 
@@ -75,65 +64,24 @@ class BatchJudge(Closing):
         self._base = open_knowledge_base(
             model_paths, trusted=trusted, limits=limits, crisp=crisp, raw=raw
         )
-        self.models_hash = _compute_models_hash(self._base)
+        self.models_hash = compute_models_hash(self._base.models)
         self._crisp = crisp
-        self._code = SceneCache()
         self._needed: frozenset[tuple[str, int]] = frozenset()
-        self._batch: str | None = None
+        self._code: OpenCode | None = None
         try:
-            self._batch = self._open_batch()
+            self._code = self._open_code()
         except BaseException:
             self._base.close()
             raise
 
-    def _open_batch(self) -> str:
-        """Return the name of a batch whose models are ready, for the facts of a fresh module.
+    def _open_code(self) -> OpenCode:
+        code = open_code(self._base, self._base.models, crisp=self._crisp)
+        self._needed = code.needed | EVIDENCE
+        return code
 
-        What the models are specialised to is kept, under the name of that module.
-        """
-        of_module: dict[str, list[Atom]] = defaultdict(list)
-        for model, rules in self._base.models.items():
-            of_module[rules.module].append(Atom(model))
-        models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
-        self._scene, path = self._choose_module_and_file(models)
-        batch = f"{self._scene}:batch"
-        loaded = self._code.load(path, self._scene, self._base.send, "load_batch")
-        about = Struct("batch", (Atom(batch), Atom(self._scene), models))
-        opened = self._base.request("open_batch", about, seconds=LOAD_SECONDS)
-        if loaded is None:
-            self._code.save(path, self._scene, self._base.send, "save_batch")
-        kinds, general = decode_record(opened, _OPENED)
-        self._general: dict[str, tuple[str, ...]] = dict(general)
-        self._needed = frozenset(kinds) | EVIDENCE
-        return batch
-
-    def _choose_module_and_file(self, models: tuple[Term, ...]) -> tuple[str, Path | None]:
-        """Return the module that the models are specialised into, and the file that keeps it, if
-        any.
-
-        The module is named by what the file depends on: clauses name it. One that is in use cannot
-        be another batch's. Nothing is kept of Prolog, which may load files that nobody knows of.
-        """
-        paths = self._base.rule_files
-        if any(path.suffix != MODEL_SUFFIX for path in paths):
-            return scene_module(), None
-        total = hashlib.sha256(f"{self.models_hash} crisp={self._crisp}\n".encode())
-        total.update(format_prolog_term(models).encode())
-        try:
-            for path in paths:
-                total.update(path.read_bytes())
-        except OSError:
-            return scene_module(), None  # it is gone by now
-        name = f"facetlog_batch:{total.hexdigest()[:NAME_DIGITS]}"
-        if name in _in_use:
-            return scene_module(), None
-        _in_use.add(name)
-        identity = str(self._base.send("cache_identity", ""))
-        return name, self._code.path(total.hexdigest(), identity)
-
-    def _forget(self, batch: str) -> None:
-        if self._base.forget("close_batch", batch):
-            _in_use.discard(self._scene)
+    def _forget(self, code: OpenCode) -> None:
+        if self._base.forget("close_code", code.target):
+            note_closed(code.target)
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -152,16 +100,16 @@ class BatchJudge(Closing):
 
     def conditions(self) -> dict[str, Conditions]:
         """Return how the conditions of each model are judged."""
-        self._batch = self._batch or self._open_batch()
-        about = Struct("batch", (Atom(self._batch),))
+        self._code = self._code or self._open_code()
+        about = Struct("code", (Atom(self._code.target),))
         found = decode_record(self._base.request("batch_conditions", about), _CONDITIONS)
         return {model: Conditions(count, labels) for model, count, labels in found}
 
     def close(self) -> None:
         """Forget the models."""
-        if self._batch is not None:
-            self._forget(self._batch)
-            self._batch = None
+        if self._code is not None:
+            self._forget(self._code)
+            self._code = None
         self._base.close()
 
     def judge(
@@ -177,26 +125,26 @@ class BatchJudge(Closing):
 
     def judge_columns(self, facts: Mapping[str, Columns]) -> tuple[BriefVerdict, ...]:
         """Return the verdicts on facts that are given by functor, column by column."""
-        batch = self._batch or self._open_batch()
+        code = self._code or self._open_code()
         # What is stopped may be at it for a while: the next scene then has a module of its own.
-        self._batch = None
+        self._code = None
         needed = {
             (name, arity): facts[name]
             for name, arity in self._needed
             if len(facts.get(name, ())) == arity
         }
-        columns = encode_facts(self._scene, needed)
-        about = Struct("batch", (Atom(batch), self._base.limits.bounds))
+        columns = encode_facts(code.target, needed)
+        about = Struct("batch", (Atom(code.target), self._base.limits.bounds))
         try:
             said = self._base.request("judge_batch", about, columns)
         except BaseException:
-            self._forget(batch)
+            self._forget(code)
             raise
-        self._batch = batch
-        return tuple(self._verdicts(_split_fields(said), collect_evidence(facts)))
+        self._code = code
+        return tuple(self._verdicts(_split_fields(said), code, collect_evidence(facts)))
 
     def _verdicts(
-        self, fields: Sequence[str], evidence: Mapping[str, Evidence]
+        self, fields: Sequence[str], code: OpenCode, evidence: Mapping[str, Evidence]
     ) -> Iterator[BriefVerdict]:
         """Decode the text of encoded_verdicts/4 of batch.pl."""
         field = iter(fields)
@@ -228,7 +176,7 @@ class BatchJudge(Closing):
                 confidence=confidence if thing else Confidence(),
                 parts=parts,
                 sizes=sizes,
-                specialises=self._general.get(model, ()),
+                specialises=code.general.get(model, ()),
                 rather_than=rules.rather_than.get(model, ()),
                 own=rules.own,
                 cost=cost,
@@ -296,16 +244,3 @@ def _split_fields(said: Term) -> Sequence[str]:
         return said.split(SEPARATOR) if said else ()
     fields: tuple[str, ...] = decode_record(said, tuple[str, ...])
     return fields
-
-
-def _compute_models_hash(base: KnowledgeBase) -> str:
-    """Return a digest of the models' clauses and of what they are judged by, the same on every
-    machine."""
-    total = hashlib.sha256()
-    for model, rules in base.models.items():
-        total.update(f"{model}={rules.content}\n".encode())
-    root = house("rules").parent
-    for pattern in JUDGING_CODE:
-        for path in sorted(root.glob(pattern)):
-            total.update(path.read_bytes())
-    return total.hexdigest()[:HASH_DIGITS]

@@ -23,6 +23,7 @@ from facetlog.kb.engine.engine_pool import Replies, engine_pool
 from facetlog.kb.engine.python_predicates import PythonPredicate, remember
 from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
 from facetlog.kb.engine.transport import (
+    LOAD_SECONDS,
     Leftovers,
     ask,
     checked,
@@ -53,6 +54,7 @@ from facetlog.kb.loading.loaded import (
     decode_evidence,
     decode_words,
 )
+from facetlog.kb.loading.model_code import open_code
 from facetlog.kb.loading.rule_files import RuleFiles
 from facetlog.kb.loading.scene_facts import FactMaker, SceneFacts
 
@@ -78,12 +80,14 @@ class KnowledgeBase(Closing):
         self._lock = threading.RLock()
         self._scenes: dict[str, LoadedScene] = {}
         self._functions: list[int] = []
+        self._prepared = False
         self._closed = True  # until Prolog runs
         self._pool = engine_pool()
         self._rules = RuleFiles(self._name, self._lock)
         self._facts = SceneFacts(self.send, lambda: self._rules.on_demand)
         self._closed = False
         self.send("declare_facts", declarations())
+        self._crisp = crisp
         if crisp:
             self.send("be_crisp", format_prolog_term(Atom(self._name)))
         rules = builtin_rules()
@@ -247,6 +251,7 @@ class KnowledgeBase(Closing):
 
         With `near` its conditions have what comes nearest to their sets.
         """
+        self._prepare(model)
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
         verdict = self._verdict("judge_near" if near else "judge", scene, about)
         return self._add_confidence(verdict, scene)
@@ -272,6 +277,20 @@ class KnowledgeBase(Closing):
             verdict = replace(verdict, unseen=missed)
         verdict = self._add_others(replace(verdict, assumed=sight.assumed), scene)
         return verdict if parts else self._add_confidence(verdict, scene)
+
+    def _prepare(self, model: str) -> None:
+        """Have the rules ready that verdicts on a model are searched by, beyond the limits of a
+        question: the built-in models' together, for they ask for each other.
+        """
+        rules = self._model(model)
+        with self._lock:
+            if not self._prepared:
+                code = open_code(self, self._rules.builtin, crisp=self._crisp, shared=True)
+                self.request("use_code", Struct("code", (Atom(code.target),)))
+                self._prepared = True
+        if rules.own:
+            about = Struct("code", (Atom(rules.module), (Atom(model),)))
+            self.request("prepare_code", about, seconds=LOAD_SECONDS)
 
     def _add_confidence(self, verdict: Verdict, scene: str) -> Verdict:
         evidence = self._scene(scene).get_evidence(verdict.thing)
@@ -343,6 +362,7 @@ class KnowledgeBase(Closing):
     def _build_subject_terms(
         self, model: str, thing: str | None, parts: Mapping[str, str]
     ) -> tuple[Term, ...]:
+        self._prepare(model)
         things: Term = Atom("all") if thing is None else (Atom(thing),)
         given = tuple(Struct("-", (Atom(role), Atom(face))) for role, face in parts.items())
         return (Atom(self._model(model).module), Atom(model), things, given)

@@ -58,6 +58,11 @@ class RuleFiles:
         return any(rules.on_demand for rules in (*self._builtin, *self._users.values()))
 
     @property
+    def builtin(self) -> Mapping[str, RuleFile]:
+        """The models that belong to facetlog, and their files."""
+        return {model: rules for rules in self._builtin for model in rules.models}
+
+    @property
     def by_model(self) -> Mapping[str, RuleFile]:
         """Each model and the file that defines it; the one loaded last wins."""
         files = (*self._builtin, *self._users.values())

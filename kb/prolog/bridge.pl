@@ -32,6 +32,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(scene_cache)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(model_descriptions)).
+:- use_module(facetlog_kb(code)).
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
 :- use_module(facetlog_kb(members)).
@@ -188,45 +189,51 @@ result("why", Text, Explained) :-
 result("why_not", Text, Verdicts) :-
     explained(Text, why_not(Module, Model, Things, Given, Count),
               why_not(Module, Model, Things, Given, Count, Verdicts)).
-result("open_batch", Text, opened(Kinds, General)) :-
-    term_string(batch(Base, Batch, Scene, Models), Text),
+result("open_code", Text, opened(Kinds, General)) :-
+    term_string(code(Base, Target, Models), Text),
     ask_base(Base, all),
-    open_batch(Batch, Scene, Models, Kinds),
+    open_code(Target, Models, Kinds),
     findall(Model-Others,
             ( member(Module-Names, Models),
               member(Model, Names),
               general_models(Module, Model, Others),
               Others \== [] ),
             General).
-result("save_batch", Text, Count) :-
-    term_string(save(Scene, File), Text),
-    batch_of(Scene, Batch),
-    save_batch(Batch, File, Count).
-result("load_batch", Text, Loaded) :-
-    term_string(load(Scene, File, Count), Text),
-    batch_of(Scene, Batch),
-    (   load_batch(Batch, Scene, File, Count)
+result("save_code", Text, Count) :-
+    term_string(save(Target, File), Text),
+    save_code(Target, File, Count).
+result("load_code", Text, Loaded) :-
+    term_string(load(Target, File, Count), Text),
+    (   load_code(Target, File, Count)
     ->  Loaded = true
     ;   Loaded = false
     ).
+result("use_code", Text, true) :-
+    term_string(code(Base, Target), Text),
+    ask_base(Base, all),
+    use_code(Target).
+result("prepare_code", Text, true) :-
+    term_string(code(Base, Module, Models), Text),
+    ask_base(Base, all),
+    prepare_code(Module, Models).
+result("close_code", Text, true) :-
+    term_string(Target, Text),
+    close_code(Target).
 result("judge_batch", Text, Verdicts) :-
     once(sub_string(Text, End, 1, _, "\n")),
     sub_string(Text, 0, End, _, Line),
-    term_string(batch(Base, Batch, Bounds), Line),
+    term_string(batch(Base, Target, Bounds), Line),
     Start is End + 1,
     sub_string(Text, Start, _, 0, Columns),
     ask_base(Base, all),
     Bounds = bounds(Inferences, _),
     setup_call_cleanup(
         true,
-        bounded(Bounds, encoded_verdicts(Batch, Columns, Inferences, Verdicts)),
-        empty_batch(Batch)).
+        bounded(Bounds, encoded_verdicts(Target, Columns, Inferences, Verdicts)),
+        empty_code(Target)).
 result("batch_conditions", Text, Models) :-
-    term_string(batch(_, Batch), Text),
-    batch_conditions(Batch, Models).
-result("close_batch", Text, true) :-
-    term_string(Batch, Text),
-    close_batch(Batch).
+    term_string(code(_, Target), Text),
+    batch_conditions(Target, Models).
 result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
 result("sight", Text, Sight) :-
@@ -316,8 +323,6 @@ much_garbage(1_000_000).
 
 ok(Result, Reply) :-
     json_reply([text("ok"), term(Result)], Reply).
-
-batch_of(Scene, Batch) :- atom_concat(Scene, ':batch', Batch).
 
 problem(Error0, Operation, Text, [Reply]) :-
     brief_error(Error0, Error),

@@ -1,7 +1,8 @@
 :- module(facetlog_specialise, [ specialised/2,       % +Model, +Context
                                  all_outlines/5,       % +Names, +Target, +Thing, +Parts, -Outlines
-                                 all_outlined/5,       % +Names, +Target, +Thing, +Parts, -Outline
-                                 all_hopeless/3        % +Names, +Target, +Candidates
+                                 all_outlined/5,       % +Target, +Model, +Thing, +Parts, -Outline
+                                 all_hopeless/3,       % +Target, +Model, +Candidates
+                                 all_hold/4            % +Target, +Model, +Thing, +Parts
                                ]).
 
 /** <module> Rules for one scene after the other
@@ -30,15 +31,13 @@ always did; nothing is judged in another way.
 %   Target can judge Model, one of Module, from now on. It has
 %
 %     - candidate(Model, Thing, Parts), nondet, as the module itself;
-%     - plan(Model, Plan), as plan/3 has it, with specialised(Target, Name) for one label(Label) or
-%       several: Name(Thing, Parts, Outlines) gives the outlines of their conditions;
+%     - plan(Model, Plan), as plan/3 has it, with group(Target, Name, Most) for one label or several:
+%       Name(Thing, Parts, Outlines) gives the outlines of their conditions;
 %     - lines(Model, Names): the same for each condition, in the order of the file;
 %     - cheapest(Model, Names): the same, the cheapest first;
 %     - group(Model, Thing, Parts, Role, Members), nondet;
 %     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
 %
-%   @throws facetlog_general(Goal) if a Goal that proposes or collects faces cannot be seen through.
-
 specialised(Model, Context) :-
     current_prolog_flag(optimise, Before),
     setup_call_cleanup(
@@ -48,8 +47,7 @@ specialised(Model, Context) :-
 
 model_code(Context, Model) :-
     Context = context(Module, _, _),
-    body_code(Module:candidate(Model, Thing, Parts), Context, Candidate),
-    put_clause(Context, (candidate(Model, Thing, Parts) :- Candidate)),
+    put_seen_through(Context, candidate(Model, Thing, Parts), Module:candidate(Model, Thing, Parts)),
     findall(line(Label, LineThing, LineParts, Test, Body),
             clause(Module:condition(Model, Label, _, LineThing, LineParts, Test), Body),
             Lines),
@@ -58,7 +56,7 @@ model_code(Context, Model) :-
     plan(Module, Model, Plan0),
     maplist(one_label, Plan0, Single),
     maplist(group_of_lines(Context, Lines, Names), Single, Cheapest0),
-    findall(Name, member(group(specialised(_, Name), _), Cheapest0), Cheapest),
+    findall(Name, member(group(_, Name, _), Cheapest0), Cheapest),
     put_clause(Context, cheapest(Model, Cheapest)),
     cheap_together(Plan0, Lines, Plan1),
     maplist(group_of_lines(Context, Lines, Names), Plan1, Plan),
@@ -68,6 +66,14 @@ model_code(Context, Model) :-
     put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
     forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), SizeBody),
            size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody)).
+
+%   Head does what Goal does; what cannot be seen through is called as it is.
+put_seen_through(Context, Head, Goal) :-
+    (   attempt(Context, facetlog_general(_), body_code(Goal, Context, Code))
+    ->  put_clause(Context, (Head :- Code))
+    ;   asks_all(Context),
+        put_clause(Context, (Head :- Goal))
+    ).
 
                  /*******************************
                  *          CONDITIONS          *
@@ -205,7 +211,7 @@ one_label(group(label(Label), Most), group(labels([Label]), Most)).
 
 %   The conditions of each group of a plan in one predicate.
 group_of_lines(Context, Lines, Names, group(labels(Labels), Most),
-               group(specialised(Target, Name), Most)) :-
+               group(Target, Name, Most)) :-
     Context = context(_, Target, _),
     findall(Of,
             ( member(Label, Labels),
@@ -231,12 +237,12 @@ all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
     append(First, Rest, Outlines),
     all_outlines(Names, Target, Thing, Parts, Rest).
 
-%!  all_hopeless(+Names, +Target, +Candidates) is semidet.
+%!  all_hopeless(+Target, +Model, +Candidates) is semidet.
 %
-%   Each of Candidates, Thing-Parts, has a degree of next to nothing by what the predicates Names give: so
-%   all fail.
+%   By the conditions of Model each of Candidates, Thing-Parts, has a degree of next to nothing: so all fail.
 
-all_hopeless(Names, Target, Candidates) :-
+all_hopeless(Target, Model, Candidates) :-
+    Target:cheapest(Model, Names),
     \+ ( member(Thing-Parts, Candidates),
          \+ hopeless(Names, Target, Thing, Parts, 1) ).
 
@@ -255,11 +261,24 @@ least_degree(0.001).
 times_high(outline(_, _, H, _), High0, High) :-
     High is High0*H.
 
-%!  all_outlined(+Names, +Target, +Thing, +Parts, -Outline) is det.
+%!  all_hold(+Target, +Model, +Thing, +Parts) is semidet.
 %
-%   What the outlines that the predicates Names give come to together, outline(State, Low, High).
+%   Each condition of Model holds.
 
-all_outlined(Names, Target, Thing, Parts, outline(State, Low, High)) :-
+all_hold(Target, Model, Thing, Parts) :-
+    Target:cheapest(Model, Names),
+    \+ ( member(Name, Names),
+         call(Target:Name, Thing, Parts, Outlines),
+         member(outline(State, _, _, _), Outlines),
+         State \== holds ).
+
+%!  all_outlined(+Target, +Model, +Thing, +Parts, -Outline) is det.
+%
+%   What the conditions of Model come to together, outline(State, Low, High): in the order of the file, in
+%   which a proof has them, so that not a digit differs.
+
+all_outlined(Target, Model, Thing, Parts, outline(State, Low, High)) :-
+    Target:lines(Model, Names),
     all_outlines(Names, Target, Thing, Parts, Outlines),
     start(all, full, Sum0),
     foldl(outline_joined, Outlines, Sum0, Sum),
@@ -275,22 +294,32 @@ outline_joined(outline(S, L, H, Miss), Sum0, Sum) :-
 %   What the conditions go through the groups go through again.
 group_code(Context, Model, Thing, Parts, Role, Members, Body) :-
     Context = context(Module, _, _),
+    Head = group(Model, Thing, Parts, Role, Members),
+    (   attempt(Context, facetlog_general(_), steps_code(Context, Thing, Parts, Body, Code))
+    ->  put_clause(Context, (Head :- Code))
+    ;   asks_all(Context),
+        put_clause(Context, (Head :- Module:Body))
+    ).
+
+steps_code(Context, Thing, Parts, Body, Code) :-
+    Context = context(Module, _, _),
     written_body(Module, Body, Goals),
     scope(Thing, Parts, Goals, Scope),
     sources(Goals, Steps),
     maplist(step_code(Scope, Context), Steps, Codes),
-    conjunction(Codes, Code),
-    put_clause(Context, (group(Model, Thing, Parts, Role, Members) :- Code)).
+    conjunction(Codes, Code).
 
 size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     Context = context(Module, _, _),
     written_body(Module, Body0, Goals),
     conjunction(Goals, Written),
-    body_code(Module:Written, Context, Body),
-    asks_all_if_unknown(Measure, Written, Context),
-    put_clause(Context,
-               (size(Model, Thing, Parts, Name, V, Var) :-
-                    Body, facetlog_quantities:value(Measure, Module, quantity(V, Var, length)))).
+    Size = facetlog_quantities:value(Measure, Module, quantity(V, Var, length)),
+    (   attempt(Context, facetlog_general(_), body_code(Module:Written, Context, Body))
+    ->  asks_all_if_unknown(Measure, Written, Context)
+    ;   asks_all(Context),
+        Body = Module:Written
+    ),
+    put_clause(Context, (size(Model, Thing, Parts, Name, V, Var) :- Body, Size)).
 
 %   Which of several measures it is was worked out while they were sorted: their facts are asked for.
 asks_all_if_unknown(Measure, Written, Context) :-

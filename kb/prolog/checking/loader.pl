@@ -16,6 +16,7 @@ File:Line.
 :- use_module(library(lists)).
 :- use_module(library(pairs)).
 :- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(code)).
 :- use_module(facetlog_kb(small_terms)).
 :- use_module(facetlog_kb(white_list)).
 :- use_module(facetlog(vocabulary)).
@@ -221,6 +222,7 @@ atomics_to_string(Parts, Text) :-
 %   Forgets all that the file defined, in every module.
 
 drop_rules(Module) :-
+    drop_code(Module),
     (   retract(prolog_source(Module, Source))
     ->  unload_file(Source),
         % unload_file/1 leaves what Prolog noted of who loads what.

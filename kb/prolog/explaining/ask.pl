@@ -15,8 +15,8 @@ remembered with the scene.
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(judge)).
-:- use_module(facetlog_kb(say)).
-:- use_module(facetlog_kb(plan)).
+:- use_module(facetlog_kb(code)).
+:- use_module(facetlog_kb(specialise)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog_kb(in_progress)).
 :- use_module(facetlog_kb(model_descriptions)).
@@ -27,7 +27,7 @@ remembered with the scene.
 
 is_a(Thing, Model) :-
     judged(Thing, Model, Module),
-    best(Module, Model, Thing, best(holds, _, _, _)).
+    standing(Module, Model, Thing, standing(holds, _)).
 
 %!  verdict(?Thing, ?Model, ?State, ?Degree) is nondet.
 %
@@ -44,8 +44,9 @@ verdict(Thing, Model, State, Degree) :-
 
 plays(Face, Role, Thing, Model) :-
     judged(Thing, Model, Module),
-    best(Module, Model, Thing, best(holds, _, Parts, _)),
-    while_judging(Module, Model, Thing, roled(Module, Model, Thing, Parts, Roled)),
+    standing(Module, Model, Thing, standing(holds, Parts)),
+    with_code(Module, Model, Target,
+              while_judging(Module, Model, Thing, roled(Module, Model, Target, Thing, Parts, Roled))),
     ( member(Role-Part, Roled) ; member(group(Role, Part), Roled) ),
     (   is_list(Part)
     ->  member(Face, Part)
@@ -55,18 +56,20 @@ plays(Face, Role, Thing, Model) :-
 
 %!  assignment(?Model, ?Thing, ?Parts) is nondet.
 %
-%   All conditions of Model hold for Thing with Parts, one face, or list of faces, for each role. The
-%   plain query: states alone, no proof, the cheapest conditions first and nothing after one that
-%   does not hold. Nothing is remembered.
+%   All conditions of Model hold for Thing with Parts, one face, or list of faces, for each role. Nothing
+%   is remembered.
 
 assignment(Model, Thing, Parts) :-
     judged(Thing, Model, Module),
-    plan(Module, Model, Plan),
-    candidates(Module, Model, Thing, Candidates),
+    with_code(Module, Model, Target,
+              while_judging(Module, Model, Thing,
+                            findall(All, holding(Target, Model, Thing, All), Found))),
+    member(Parts, Found).
+
+holding(Target, Model, Thing, Parts) :-
+    candidates(Target, Model, Thing, Candidates),
     member(Thing-Parts, Candidates),
-    forall(( member(group(label(Label), _), Plan),
-             Module:condition(Model, Label, _, Thing, Parts, Test) ),
-           state(Test, Module, holds)).
+    all_hold(Target, Model, Thing, Parts).
 
 judged(Thing, Model, Module) :-
     fact(thing(Thing)),

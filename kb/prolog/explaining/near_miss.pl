@@ -16,7 +16,8 @@ the asker names them.
 :- use_module(library(error)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
-:- use_module(facetlog_kb(plan)).
+:- use_module(facetlog_kb(code)).
+:- use_module(facetlog_kb(in_progress)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog_kb(members)).
 :- use_module(facetlog(vocabulary)).
@@ -32,12 +33,15 @@ the asker names them.
 %   @error existence_error(Kind, Name) if the scene has no such thing or part, or the model no such
 %          role.
 
-why(Module, Model, Things, Given0, explained(Verdict, Asked)) :-
+why(Module, Model, Things, Given, Explained) :-
+    with_code(Module, Model, Target, explained(Target, Module, Model, Things, Given, Explained)).
+
+explained(Target, Module, Model, Things, Given0, explained(Verdict, Asked)) :-
     set_roles(Module, Model, Sets),
     partition(of_set(Sets), Given0, Members, Given),
     meant_things(Module, Model, Things, Given0, Sets, Meant),
-    agreeing(Meant, Module, Model, Given, Candidates),
-    best_of(Module, Model, Candidates, Best),
+    agreeing(Meant, Target, Module, Model, Given, Candidates),
+    best_of(Target, Module, Model, Candidates, Best),
     (   Best = best(_, Thing, Parts, _)
     ->  maplist(asked_in(Module, Model, Thing, Parts), Members, Asked)
     ;   ( Meant = [Thing|_] -> true ; Thing = '' ),     % the scene has nothing
@@ -61,32 +65,34 @@ asked_in(Module, Model, Thing, Parts, Role-Name, Asked) :-
 %   @error as why/5, and existence_error(single_part, Role) for a Role that is a set
 
 why_not(Module, Model, Things, Given, Count, Verdicts) :-
+    with_code(Module, Model, Target, misses(Target, Module, Model, Things, Given, Count, Verdicts)).
+
+misses(Target, Module, Model, Things, Given, Count, Verdicts) :-
     set_roles(Module, Model, Sets),
     forall(member(Role-_, Given), must_exist(\+ memberchk(Role, Sets), single_part, Role)),
     meant_things(Module, Model, Things, Given, [], Meant),
-    agreeing(Meant, Module, Model, Given, Candidates0),
+    agreeing(Meant, Target, Module, Model, Given, Candidates0),
     looked_further(Candidates0, Module, Model, Given, Candidates1),
-    open_candidates(Module, Model, Candidates1, Candidates),
-    plan(Module, Model, Plan),
-    Aim = aim(miss, Module, Model),
-    start(Aim, Candidates, Plan, Queue),
-    nearest(Count, Aim, Queue, Misses),
+    open_candidates(Target, Module, Model, Candidates1, Candidates),
+    Target:plan(Model, Plan),
+    start(miss, Candidates, Plan, Queue),
+    nearest(Count, Queue, Misses),
     maplist(prove_miss(Module, Model), Misses, Verdicts).
 
 prove_miss(Module, Model, found(Thing, Parts, _), Verdict) :-
     prove(Module, Model, Thing, Parts, 0, Verdict0),
     add_near(Module, Verdict0, Verdict).
 
-nearest(Count, Aim, Queue0, Misses) :-
+nearest(Count, Queue0, Misses) :-
     (   Count > 0,
-        next_best(Aim, Queue0, Queue, Found)
+        next_best(miss, Queue0, Queue, Found)
     ->  (   in_all(Found, holds)
         ->  Misses = Rest,
             Left = Count
         ;   Misses = [Found|Rest],
             Left is Count - 1
         ),
-        nearest(Left, Aim, Queue, Rest)
+        nearest(Left, Queue, Rest)
     ;   Misses = []
     ).
 
@@ -158,11 +164,11 @@ belongs(Part, Thing) :- fact(hollow_of(Part, Thing)).
 
 %   What the model proposes and agrees with Given; else what it proposes, with Given put in its place;
 %   else Given alone.
-agreeing(Things, Module, Model, Given, Candidates) :-
+agreeing(Things, Target, Module, Model, Given, Candidates) :-
     once(Module:model(Model, _, Roles)),
     findall(Candidate,
             ( member(Thing, Things),
-              candidates(Module, Model, Thing, Proposed),
+              while_judging(Module, Model, Thing, candidates(Target, Model, Thing, Proposed)),
               agreeing_with(Given, Roles, Thing, Proposed, Agreed),
               member(Candidate, Agreed) ),
             Bag),

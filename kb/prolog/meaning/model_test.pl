@@ -42,7 +42,7 @@ model_outcome(Thing, Model, Outcome) :-
 model_state(Thing, Model, State) :-
     definition(Thing, Model, Definition),
     (   Definition = module(Module),
-        best(Module, Model, Thing, best(State0, _, _, _))
+        standing(Module, Model, Thing, standing(State0, _))
     ->  State = State0
     ;   State = unknown
     ).
@@ -56,7 +56,7 @@ model_state(Thing, Model, State) :-
 part_in(Thing, Model, Role, Part) :-
     definition(Thing, Model, Definition),
     (   Definition = module(Module),
-        best(Module, Model, Thing, best(State, _, Parts, _)),
+        standing(Module, Model, Thing, standing(State, Parts)),
         State \== fails,
         once(Module:model(Model, _, Roles)),
         nth1(Number, Roles, Role)

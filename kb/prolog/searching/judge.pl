@@ -1,8 +1,8 @@
 :- module(facetlog_judge, [ judge/4,          % +Module, +Model, +Thing, -Verdict
-                            best/4,           % +Module, +Model, +Thing, -Best
-                            best_of/4,        % +Module, +Model, +Candidates, -Best
-                            best_by/6,        % +Plan, +Module, +Model, +Candidates, -Found, -Queue
-                            open_candidates/4, % +Module, +Model, +Candidates, -Open
+                            standing/4,       % +Module, +Model, +Thing, -Standing
+                            best_of/5,        % +Target, +Module, +Model, +Candidates, -Best
+                            found_in/6,       % +Target, +Module, +Model, +Thing, -Count, -Found
+                            open_candidates/5, % +Target, +Module, +Model, +Candidates, -Open
                             outcome/4,        % +Module, +Model, +Thing, -Outcome
                             verdict_of/5,     % +Best, +Module, +Model, +Thing, -Verdict
                             prove/6           % +Module, +Model, +Thing, +Parts, +Also, -Verdict
@@ -11,7 +11,7 @@
 /** <module> Models into verdicts
 
 A model's candidate/3 proposes faces for its parts. The best assignment is found without proofs
-(search.pl); only that one is proved. A verdict is
+(search.pl), by the specialised rules Target of the model (code.pl); only that one is proved. A verdict is
 
     verdict(Model, Thing, State, Low, High, Parts, Sizes, Conditions, Also, General)
 
@@ -26,7 +26,8 @@ General lists the models of which this one is a special case.
 :- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(prove)).
 :- use_module(facetlog_kb(in_progress)).
-:- use_module(facetlog_kb(plan)).
+:- use_module(facetlog_kb(code)).
+:- use_module(facetlog_kb(specialise)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog_kb(left_open)).
 :- use_module(facetlog_kb(model_descriptions)).
@@ -34,11 +35,37 @@ General lists the models of which this one is a special case.
 
 %!  judge(+Module, +Model, +Thing, -Verdict) is det.
 %
-%   Verdict is on the best assignment of faces to the parts of Model.
+%   Verdict is on the best assignment of faces to the parts of Model. What is found is remembered with the
+%   scene.
 
 judge(Module, Model, Thing, Verdict) :-
-    best(Module, Model, Thing, Best),
+    recall(Module, Model, Thing, best, Best,
+           searching(Module, Model, Thing, Target, find_best(Target, Module, Model, Thing, Best))),
     verdict_of(Best, Module, Model, Thing, Verdict).
+
+:- meta_predicate searching(+, +, +, -, 0).
+
+searching(Module, Model, Thing, Target, Goal) :-
+    with_code(Module, Model, Target, while_judging(Module, Model, Thing, Goal)).
+
+find_best(Target, Module, Model, Thing, Best) :-
+    candidates(Target, Model, Thing, Candidates),
+    best_of(Target, Module, Model, Candidates, Best).
+
+%!  standing(+Module, +Model, +Thing, -Standing) is det.
+%
+%   Standing is standing(State, Parts) of the verdict, without its proof, or none if nothing is proposed;
+%   Parts are those of the best assignment where State is not `fails`. It is remembered with the scene.
+
+standing(Module, Model, Thing, Standing) :-
+    recall(Module, Model, Thing, standing, Standing,
+           ( searching(Module, Model, Thing, Target, found_in(Target, Module, Model, Thing, _, Found)),
+             standing_of(Found, Standing) )).
+
+standing_of(none, none).
+standing_of(refused, standing(fails, [])).
+standing_of(found(Thing, Parts, Tally), standing(State, Parts)) :-
+    in_all(found(Thing, Parts, Tally), State).
 
 %!  outcome(+Module, +Model, +Thing, -Outcome) is det.
 %
@@ -46,9 +73,32 @@ judge(Module, Model, Thing, Verdict) :-
 
 outcome(Module, Model, Thing, Outcome) :-
     recall(Module, Model, Thing, outcome, Outcome,
-           ( judge(Module, Model, Thing, Verdict),
-             Verdict = verdict(_, _, State, Low, High, _, _, _, _, _),
-             Outcome = outcome(State, Low, High) )).
+           searching(Module, Model, Thing, Target, find_outcome(Target, Module, Model, Thing, Outcome))).
+
+find_outcome(Target, Module, Model, Thing, Outcome) :-
+    found_in(Target, Module, Model, Thing, _, Found),
+    outcome_of(Found, Target, Model, Outcome).
+
+outcome_of(none, _, _, outcome(unknown, 0, 1)).
+outcome_of(refused, _, _, outcome(fails, 0, 0)).
+outcome_of(found(Thing, Parts, _), Target, Model, outcome(State, Low, High)) :-
+    all_outlined(Target, Model, Thing, Parts, outline(State, Low, High)).
+
+%!  found_in(+Target, +Module, +Model, +Thing, -Count, -Found) is det.
+%
+%   Found is found(Thing, Parts, Tally) of the best of the Count assignments that Model proposes; `none` if
+%   there are none; `refused` if each has a degree of next to nothing: which of them is the nearest miss is
+%   for those to find who ask.
+
+found_in(Target, Module, Model, Thing, Count, Found) :-
+    candidates(Target, Model, Thing, Candidates),
+    length(Candidates, Count),
+    (   Count =:= 0
+    ->  Found = none
+    ;   all_hopeless(Target, Model, Candidates)
+    ->  Found = refused
+    ;   best_by(Target, Module, Model, Candidates, Found, _)
+    ).
 
 %!  verdict_of(+Best, +Module, +Model, +Thing, -Verdict) is det.
 %
@@ -60,56 +110,40 @@ verdict_of(none, Module, Model, Thing,
 verdict_of(best(_, Thing, Parts, Also), Module, Model, _, Verdict) :-
     prove(Module, Model, Thing, Parts, Also, Verdict).
 
-%!  best(+Module, +Model, +Thing, -Best) is det.
+%!  best_of(+Target, +Module, +Model, +Candidates, -Best) is det.
 %
-%   Best is best(State, Thing, Parts, Also), or none if nothing is proposed. It is remembered with
-%   the scene.
+%   Best is best(State, Thing, Parts, Also) on the best of Candidates, a list of Thing-Parts: one of which all
+%   conditions hold, with how many others hold as well; else the first of those that do not fail; else the
+%   nearest miss. Where none can hold (left_open.pl), the first of those that do not fail in the first block
+%   that has one. It is `none` if there are no Candidates.
 
-best(Module, Model, Thing, Best) :-
-    recall(Module, Model, Thing, best, Best,
-           while_judging(Module, Model, Thing, find_best(Module, Model, Thing, Best))).
-
-find_best(Module, Model, Thing, Best) :-
-    candidates(Module, Model, Thing, Candidates),
-    best_of(Module, Model, Candidates, Best).
-
-%!  best_of(+Module, +Model, +Candidates, -Best) is det.
-%
-%   The best of Candidates, a list of Thing-Parts: one of which all conditions hold; else the first of
-%   those that do not fail; else the nearest miss. Where none can hold (left_open.pl), the first of
-%   those that do not fail in the first block that has one.
-
-best_of(Module, Model, Candidates, Best) :-
-    plan(Module, Model, Plan),
-    best_by(Plan, Module, Model, Candidates, Found, Queue),
+best_of(Target, Module, Model, Candidates, Best) :-
+    best_by(Target, Module, Model, Candidates, Found, Queue),
     (   Found = found(Thing, Parts, _)
     ->  in_all(Found, State),
-        ( State == holds -> others_that_hold(Module, Model, Queue, Also) ; Also = 0 ),
+        ( State == holds -> others_that_hold(Queue, Also) ; Also = 0 ),
         Best = best(State, Thing, Parts, Also)
     ;   Best = none
     ).
 
-%!  best_by(+Plan, +Module, +Model, +Candidates, -Found, -Queue) is det.
-%
-%   Found is found(Thing, Parts, Tally) of the best, or `none`; Queue is what search.pl leaves of its
-%   block.
-
-best_by(Plan, Module, Model, Candidates, Found, Queue) :-
+%   Found is found(Thing, Parts, Tally) of the best, or `none`; Queue is what search.pl leaves of its block.
+best_by(Target, Module, Model, Candidates, Found, Queue) :-
+    Target:plan(Model, Plan),
     blocks(Module, Model, Candidates, Blocks),
-    best_in_blocks(Blocks, aim(verdict, Module, Model), Plan, none, Found, Queue).
+    best_in_blocks(Blocks, Plan, none, Found, Queue).
 
-%!  open_candidates(+Module, +Model, +Candidates, -Open) is det.
+%!  open_candidates(+Target, +Module, +Model, +Candidates, -Open) is det.
 %
-%   Open is the block that best_by/6 stops at, if there is one in which an assignment does not fail;
+%   Open is the block that best_of/5 stops at, if there is one in which an assignment does not fail;
 %   else all of Candidates.
 
-open_candidates(Module, Model, Candidates, Open) :-
+open_candidates(Target, Module, Model, Candidates, Open) :-
     blocks(Module, Model, Candidates, Blocks),
     (   Blocks = [_]
     ->  Open = Candidates
-    ;   plan(Module, Model, Plan),
+    ;   Target:plan(Model, Plan),
         member(Open, Blocks),
-        best_in_blocks([Open], aim(verdict, Module, Model), Plan, none, Found, _),
+        best_in_blocks([Open], Plan, none, Found, _),
         Found \== none,
         \+ in_all(Found, fails)
     ->  true
@@ -117,29 +151,28 @@ open_candidates(Module, Model, Candidates, Open) :-
     ).
 
 %   Best0 is Key-Found of the blocks before, all of which fail, or none.
-best_in_blocks([], _, _, Best0, Found, Queue) :-
+best_in_blocks([], _, Best0, Found, Queue) :-
     ( Best0 = _-Found -> true ; Found = none ),
     Queue = none.
-best_in_blocks([Block|Blocks], Aim, Plan, Best0, Found, Queue) :-
-    start(Aim, Block, Plan, Queue0),
-    (   next_best(Aim, Queue0, Queue1, Found1)
+best_in_blocks([Block|Blocks], Plan, Best0, Found, Queue) :-
+    start(verdict, Block, Plan, Queue0),
+    (   next_best(verdict, Queue0, Queue1, Found1)
     ->  (   in_all(Found1, fails)
-        ->  Aim = aim(Sought, _, _),
-            Found1 = found(Thing, Parts, Tally),
-            key(Sought, open(Thing, Parts, Tally, []), Key),
+        ->  Found1 = found(Thing, Parts, Tally),
+            key(verdict, open(Thing, Parts, Tally, []), Key),
             ( Best0 = Key0-_, Key0 @< Key -> Nearest = Best0 ; Nearest = Key-Found1 ),
-            best_in_blocks(Blocks, Aim, Plan, Nearest, Found, Queue)
+            best_in_blocks(Blocks, Plan, Nearest, Found, Queue)
         ;   Found = Found1,
             Queue = Queue1
         )
-    ;   best_in_blocks(Blocks, Aim, Plan, Best0, Found, Queue)
+    ;   best_in_blocks(Blocks, Plan, Best0, Found, Queue)
     ).
 
 %   Those that hold come before all that do not.
-others_that_hold(Module, Model, Queue0, Count) :-
-    (   next_best(aim(verdict, Module, Model), Queue0, Queue, Found),
+others_that_hold(Queue0, Count) :-
+    (   next_best(verdict, Queue0, Queue, Found),
         in_all(Found, holds)
-    ->  others_that_hold(Module, Model, Queue, Count0),
+    ->  others_that_hold(Queue, Count0),
         Count is Count0 + 1
     ;   Count = 0
     ).
@@ -149,11 +182,11 @@ others_that_hold(Module, Model, Queue0, Count) :-
 %   The verdict on one assignment, with the proofs of its conditions in the order of the file.
 
 prove(Module, Model, Thing, Parts, Also, Verdict) :-
-    while_judging(Module, Model, Thing, proved(Module, Model, Thing, Parts, Also, Verdict)).
+    searching(Module, Model, Thing, Target, proved(Target, Module, Model, Thing, Parts, Also, Verdict)).
 
-proved(Module, Model, Thing, Parts, Also,
+proved(Target, Module, Model, Thing, Parts, Also,
        verdict(Model, Thing, State, Low, High, Roled, Sizes, Conditions, Also, General)) :-
-    roled(Module, Model, Thing, Parts, Roled),
+    roled(Module, Model, Target, Thing, Parts, Roled),
     findall((Label-Reason)-Test,
             Module:condition(Model, Label, Reason, Thing, Parts, Test),
             Tests),

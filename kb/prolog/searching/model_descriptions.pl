@@ -1,6 +1,5 @@
 :- module(facetlog_model_descriptions,
-          [ roled/5,                    % +Module, +Model, +Thing, +Parts, -Roled
-            roled_in/6,                 % +Module, +Model, +Groups, +Thing, +Parts, -Roled
+          [ roled/6,                    % +Module, +Model, +Groups, +Thing, +Parts, -Roled
             written/5,                  % +Module, +Model, +Label, -Place, -Text
             general_models/3            % +Module, +Model, -General
           ]).
@@ -16,21 +15,14 @@ All of it is optional, and looked up only when a verdict is explained.
 :- use_module(library(error)).
 :- use_module(facetlog_kb(named_models)).
 
-%!  roled(+Module, +Model, +Thing, +Parts, -Roled) is det.
+%!  roled(+Module, +Model, +Groups, +Thing, +Parts, -Roled) is det.
 %
-%   Roled has Role-Part for each of Parts, then group(Role, Members) for each set that group/5 names:
-%   names without doubles, in the order given. Of one role the first answer counts.
+%   Roled has Role-Part for each of Parts, then group(Role, Members) for each set that group/5 of the module
+%   Groups names: names without doubles, in the order given. Of one role the first answer counts.
 %
 %   @error type_error if the members are no list of names, or of lists of names.
 
-roled(Module, Model, Thing, Parts, Roled) :-
-    roled_in(Module, Model, Module, Thing, Parts, Roled).
-
-%!  roled_in(+Module, +Model, +Groups, +Thing, +Parts, -Roled) is det.
-%
-%   The same where group/5 is that of the module Groups.
-
-roled_in(Module, Model, Groups, Thing, Parts, Roled) :-
+roled(Module, Model, Groups, Thing, Parts, Roled) :-
     once(Module:model(Model, _, Roles)),
     pairs_keys_values(Singles, Roles, Parts),
     (   current_predicate(Groups:group/5)

@@ -1,10 +1,10 @@
-:- module(facetlog_search, [ start/4,         % +Aim, +Candidates, +Plan, -Queue
-                             next_best/4,     % +Aim, +Queue0, -Queue, -Found
+:- module(facetlog_search, [ start/4,         % +Sought, +Candidates, +Plan, -Queue
+                             next_best/4,     % +Sought, +Queue0, -Queue, -Found
                              outlines/6,      % +Module, +Model, +Thing, ?Test, +Goal, -Outlines
                              total/2,         % +Misses, -Total
                              key/3,           % +Sought, +Open, -Key
                              improbability/2, % +Probability, -Whole
-                             candidates/4,    % +Module, +Model, +Thing, -Candidates
+                             candidates/4,    % +Target, +Model, +Thing, -Candidates
                              in_all/2         % +Found, -State
                            ]).
 
@@ -20,8 +20,7 @@ hold; the fewest that fail; the least total miss (outline/3), to which each cond
 the greatest probability, where nothing fails; the names. Neither the order of conditions nor that of
 facts is seen. (To count failures first would favour what nothing is known about.)
 
-An aim is aim(Sought, Module, Model). Who seeks a `miss` has just that order. Who seeks a `verdict`
-must know first whether anything is left open, for then the thing is not refuted: what does not fail
+Who seeks a `miss` has just that order. Who seeks a `verdict` must know first whether anything is left open, for then the thing is not refuted: what does not fail
 comes before all that does. Where all fail, both see the same order.
 */
 
@@ -36,39 +35,36 @@ comes before all that does. Where all fail, both see the same order.
                  *             QUEUE            *
                  *******************************/
 
-%!  candidates(+Module, +Model, +Thing, -Candidates) is det.
+%!  candidates(+Target, +Model, +Thing, -Candidates) is det.
 %
 %   Candidates is the sorted list of Thing-Parts that the model proposes.
 
-candidates(Module, Model, Thing, Candidates) :-
-    while_judging(Module, Model, Thing,
-                  findall(Thing-Parts, Module:candidate(Model, Thing, Parts), Bag)),
+candidates(Target, Model, Thing, Candidates) :-
+    findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates).
 
-%!  start(+Aim, +Candidates, +Plan, -Queue) is det.
+%!  start(+Sought, +Candidates, +Plan, -Queue) is det.
 %
 %   Each of Candidates with the first of Plan judged: one with nothing judged is always the most
 %   promising.
 
-start(Aim, Candidates, Plan, Queue) :-
-    Aim = aim(Sought, _, _),
+start(Sought, Candidates, Plan, Queue) :-
     findall(Key-Open,
             ( member(Thing-Parts, Candidates),
-              ask_next(open(Thing, Parts, tally(0, 0, 0, 1, 1, []), Plan), Aim, Open),
+              ask_next(open(Thing, Parts, tally(0, 0, 0, 1, 1, []), Plan), Open),
               key(Sought, Open, Key) ),
             Pairs),
     list_to_heap(Pairs, Queue).
 
-%!  next_best(+Aim, +Queue0, -Queue, -Found) is semidet.
+%!  next_best(+Sought, +Queue0, -Queue, -Found) is semidet.
 %
 %   Found is found(Thing, Parts, Tally), the best of Queue0; Queue holds the rest. Fails if none is
 %   left. Asked for all, they come in the order that asking everything of each would give:
 %
 %     ==
-%     in_turn(Aim, Candidates, Plan, Found) :-
-%         Aim = aim(Sought, _, _),
-%         findall(Key-found(Thing, Parts, Tally),
-%                 ( member(Thing-Parts, Candidates), ask_all(Aim, Plan, Thing, Parts, Tally),
+%     in_turn(Sought, Candidates, Plan, Found) :-
+%     %         findall(Key-found(Thing, Parts, Tally),
+%                 ( member(Thing-Parts, Candidates), ask_all(Plan, Thing, Parts, Tally),
 %                   key(Sought, open(Thing, Parts, Tally, []), Key) ),
 %                 Pairs),
 %         keysort(Pairs, Sorted),
@@ -76,34 +72,27 @@ start(Aim, Candidates, Plan, Queue) :-
 %         member(Found, All).
 %     ==
 
-next_best(Aim, Queue0, Queue, Found) :-
+next_best(Sought, Queue0, Queue, Found) :-
     get_from_heap(Queue0, _, Open, Queue1),
-    go_on(Open, Aim, Queue1, Queue, Found).
+    go_on(Open, Sought, Queue1, Queue, Found).
 
 go_on(open(Thing, Parts, Tally, []), _, Queue, Queue, found(Thing, Parts, Tally)) :-
     !.
-go_on(Open0, Aim, Queue0, Queue, Found) :-
-    ask_next(Open0, Aim, Open),
-    Aim = aim(Sought, _, _),
+go_on(Open0, Sought, Queue0, Queue, Found) :-
+    ask_next(Open0, Open),
     key(Sought, Open, Key),
     !,                          % else each step of a long search would stay on the stack
     (   min_of_heap(Queue0, Least, _),
         Least @< Key
     ->  add_to_heap(Queue0, Key, Open, Queue1),
-        next_best(Aim, Queue1, Queue, Found)
-    ;   go_on(Open, Aim, Queue0, Queue, Found)
+        next_best(Sought, Queue1, Queue, Found)
+    ;   go_on(Open, Sought, Queue0, Queue, Found)
     ).
 
-ask_next(open(Thing, Parts, Tally, []), _, open(Thing, Parts, Tally, [])).
-ask_next(open(Thing, Parts, Tally0, [group(What, _)|Groups]), aim(_, Module, Model),
-         open(Thing, Parts, Tally, Groups)) :-
-    ask(What, Module, Model, Thing, Parts, Outlines),
+ask_next(open(Thing, Parts, Tally, []), open(Thing, Parts, Tally, [])).
+ask_next(open(Thing, Parts, Tally0, [group(Target, Name, _)|Groups]), open(Thing, Parts, Tally, Groups)) :-
+    call(Target:Name, Thing, Parts, Outlines),
     count_all(Outlines, Tally0, Tally).
-
-ask(label(Label), Module, Model, Thing, Parts, Outlines) :-
-    outlines(Module, Model, Thing, Test, condition(Model, Label, _, Thing, Parts, Test), Outlines).
-ask(specialised(Target, Name), _, _, Thing, Parts, Outlines) :-
-    call(Target:Name, Thing, Parts, Outlines).
 
 %!  outlines(+Module, +Model, +Thing, ?Test, +Goal, -Outlines) is det.
 %
@@ -182,7 +171,7 @@ state_order(miss, unknown, 1).
 state_order(miss, fails, 1).
 
 most_left([], 0).
-most_left([group(_, Most)|_], Most).
+most_left([group(_, _, Most)|_], Most).
 
 %   Sums and products of floats depend on the order of their terms in the last digits. They are
 %   compared as whole multiples of this, far above such a difference and far below any that matters.
