@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import EngineError
-from facetlog.kb.batch_judge import JUDGING_CODE, BatchJudge
+from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.brief_verdict import BriefVerdict
 from facetlog.kb.engine.engine import house
 from facetlog.kb.explaining.proof import State
@@ -19,6 +19,7 @@ from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.model_code import JUDGING_CODE
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA

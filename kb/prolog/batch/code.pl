@@ -14,7 +14,7 @@
 
 The search of all verdicts runs on rules that were specialised (specialise.pl). Where scenes come one after the
 other, their facts are put into the target itself (batch.pl). Everywhere else each fact of the target asks the
-scene for it, and what was found out of a scene is forgotten when the next one is asked.
+current scene, and what was found out of a scene is forgotten when the next one is asked.
 
 Targets are shared by all threads: one searches at a time.
 */
@@ -137,15 +137,15 @@ with_code(Module, Model, Target, Goal) :-
     ->  (   Scene0 == Scene
         ->  once(Goal)
         ;   setup_call_cleanup(             % in the middle of another scene
-                ( empty_code(Target), take(Target, Scene) ),
+                forget_remembered(Target),
                 while_taken(Target-Scene, Taken, Goal),
-                ( empty_code(Target), take(Target, Scene0) ))
+                forget_remembered(Target))
         )
     ;   with_mutex(facetlog_code,
                    setup_call_cleanup(
-                       take(Target, Scene),
+                       true,
                        while_taken(Target-Scene, Taken, Goal),
-                       empty_code(Target)))
+                       forget_remembered(Target)))
     ).
 
 taken_now(Taken) :-
@@ -156,9 +156,6 @@ while_taken(One, Taken, Goal) :-
     call(Goal),
     !,
     b_setval(facetlog_taken, Taken).
-
-take(Target, Scene) :-
-    forall(code_fact(Target, Head), assertz(Target:(Head :- Scene:Head))).
 
 %   One writes the rules, the others wait for it.
 code_of(Module, Model, Target) :-
@@ -186,10 +183,12 @@ prepare_code(Module, Models) :-
 
 %!  use_code(+Target) is det.
 %
-%   The models of the open Target are judged by its rules.
+%   The models of the open Target are judged by its rules from now on, on any scene.
 
 use_code(Target) :-
     crisp_now(Crisp),
+    forall(( code_fact(Target, Head), \+ clause(Target:Head, _) ),
+           assertz((Target:Head :- facetlog_scene:fact(Head)))),
     forall(( code_model(Target, Model, Module), \+ code(Module, Crisp, Model, _) ),
            assertz(code(Module, Crisp, Model, Target))).
 
