@@ -40,7 +40,9 @@ code(Goal, _, _, _) :-
     throw(facetlog_general(Goal)).      % the caller leaves the model as it is
 code(true, _, _, true) :- !.
 code(!, _, _, !) :- !.
-code(Module:Goal, _, Context, Code) :- !, code(Goal, Module, Context, Code).
+code(Module:Goal, _, Context, Code) :-
+    !,
+    ( var(Module) -> throw(facetlog_general(Goal)) ; code(Goal, Module, Context, Code) ).
 code(fact(Fact), _, Context, Code) :- !, fact_code(Fact, Context, Code).
 code(in(_, _), _, _, _) :- throw(facetlog_general(in)).
 code(possible(Test), Module, Context, Code) :- !, test_goal(possible, Test, Module, Context, Code).
@@ -91,6 +93,13 @@ code(Goal, Module, Context, Code) :-
         Code = Source:Code0
     ;   Code =.. [Name|Args1]
     ).
+code(Goal, Module, Context, Code) :-
+    predicate_property(Module:Goal, meta_predicate(Head)),
+    Head =.. [_|Modes],
+    memberchk(:, Modes),
+    !,
+    ( reaches_facts(Goal, Module) -> asks_all(Context) ; true ),
+    qualified_call(Module, Goal, Code).     % tests among its arguments are those of Module
 code(Goal, Module, Context, Code) :-
     source(Goal, Module, Context, Source),
     !,
@@ -170,7 +179,7 @@ hidden(Goal0, Goal, Code0, Code) :-
 %   What other predicates of the program do with the scene needs all its facts.
 reaches_facts(Goal, Module) :-
     defined_in(Goal, Module, Source),
-    atom_concat(facetlog_, _, Source).
+    ( fact_asking(Source) -> true ; atom_concat(facetlog_, _, Source) ).
 
                  /*******************************
                  *             FACTS            *

@@ -33,8 +33,8 @@ Targets are shared by all threads: one searches at a time.
 
 :- dynamic code/4,                      % Module, Crisp, Model, Target
            open_now/1,                  % Target
-           code_model/3,               % Target, Model, Module
-           code_fact/2.                % Target, Head
+           code_model/3,                % Target, Model, Module
+           code_fact/2.                 % Target, Head
 
 %!  open_code(+Target, +Models, -Kinds) is det.
 %
@@ -50,7 +50,8 @@ open_code(Target, Models, Kinds) :-
         catch(open_models(Target, Models), Error, ( close_code(Target), throw(Error) )),
         note_facts(Target)
     ),
-    findall(Name-Arity, ( code_fact(Target, Head), functor(Head, Name, Arity) ), Kinds).
+    findall(Name-Arity, ( code_fact(Target, Head), functor(Head, Name, Arity) ), Kinds0),
+    sort(Kinds0, Kinds).
 
 begin_code(Target) :-
     new_scene(Target),
@@ -74,6 +75,10 @@ note_facts(Target) :-
             Heads0),
     sort(Heads0, Heads),
     forall(member(Head, Heads), assertz(code_fact(Target, Head))).
+
+%!  code_model(?Target, ?Model, ?Module) is nondet.
+%
+%   Target judges Model, whose rules are those of Module.
 
 %!  save_code(+Target, +File, -Count) is det.
 %

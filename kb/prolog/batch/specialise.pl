@@ -68,12 +68,13 @@ model_code(Context, Model) :-
            size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody)).
 
 %   Head does what Goal does; what cannot be seen through is called as it is.
-put_seen_through(Context, Head, Goal) :-
-    (   attempt(Context, facetlog_general(_), body_code(Goal, Context, Code))
-    ->  put_clause(Context, (Head :- Code))
+put_seen_through(Context, Head, Module:Goal) :-
+    (   attempt(Context, facetlog_general(_), body_code(Module:Goal, Context, Code))
+    ->  true
     ;   asks_all(Context),
-        put_clause(Context, (Head :- Goal))
-    ).
+        qualified_call(Module, Goal, Code)
+    ),
+    put_clause(Context, (Head :- Code)).
 
                  /*******************************
                  *          CONDITIONS          *
@@ -296,10 +297,11 @@ group_code(Context, Model, Thing, Parts, Role, Members, Body) :-
     Context = context(Module, _, _),
     Head = group(Model, Thing, Parts, Role, Members),
     (   attempt(Context, facetlog_general(_), steps_code(Context, Thing, Parts, Body, Code))
-    ->  put_clause(Context, (Head :- Code))
+    ->  true
     ;   asks_all(Context),
-        put_clause(Context, (Head :- Module:Body))
-    ).
+        qualified_call(Module, Body, Code)
+    ),
+    put_clause(Context, (Head :- Code)).
 
 steps_code(Context, Thing, Parts, Body, Code) :-
     Context = context(Module, _, _),
@@ -317,7 +319,7 @@ size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     (   attempt(Context, facetlog_general(_), body_code(Module:Written, Context, Body))
     ->  asks_all_if_unknown(Measure, Written, Context)
     ;   asks_all(Context),
-        Body = Module:Written
+        qualified_call(Module, Written, Body)
     ),
     put_clause(Context, (size(Model, Thing, Parts, Name, V, Var) :- Body, Size)).
 

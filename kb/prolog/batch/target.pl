@@ -4,6 +4,8 @@
                             called/4,             % +Code, +Source, +Context, -Call
                             defined_in/3,         % +Goal, +Module, -Source
                             placed/3,             % +Goal, +Module, -Code
+                            qualified_call/3,     % +Module, +Goal, -Code
+                            call_in/2,            % +Module, +Goal
                             put_remembered/5,     % +Context, +Head, +Inputs, +Outputs, +Body
                             forget_remembered/1,  % +Target
                             copied/2,             % +Target, +Indicator
@@ -87,7 +89,22 @@ defined_in(Goal, Module, Source) :-
 
 placed(Goal, Module, Code) :-
     defined_in(Goal, Module, Source),
-    ( Source == system -> Code = Goal ; Code = Source:Goal ).
+    ( Source == system -> Code = Goal ; qualified_call(Source, Goal, Code) ).
+
+%!  qualified_call(+Module, +Goal, -Code) is det.
+%
+%   Code calls Goal in Module. No clause may name a module that goes, as those of users' rules do.
+
+qualified_call(Module, Goal, Code) :-
+    (   module_property(Module, class(temporary))
+    ->  Code = facetlog_target:call_in(Module, Goal)
+    ;   Code = Module:Goal
+    ).
+
+%!  call_in(+Module, +Goal) is nondet.
+
+call_in(Module, Goal) :-
+    call(Module:Goal).
 
 %!  put_clause(+Context, +Clause) is det.
 

@@ -209,10 +209,10 @@ brief_verdicts(Modules, Facts, Models, Rows) :-
               Names \== [] ),
             Asking),
     gensym(batch, Scene),
-    catch(( facetlog_batch:open_batch(Scene, Scene, Asking, Asked),
+    catch(( facetlog_code:open_code(Scene, Asking, Asked),
             maplist(turned, Facts, Others),
             catch(brief_verdicts_on(Others, Scene, Asked, _), _, true),
-            facetlog_batch:empty_batch(Scene),
+            facetlog_code:empty_code(Scene),
             brief_verdicts_on(Facts, Scene, Asked, Verdicts),
             findall(Row,
                     ( member(Model, Models),
@@ -220,8 +220,8 @@ brief_verdicts(Modules, Facts, Models, Rows) :-
                       verdict_row(State, Low, High, Parts, Sizes, Row) ),
                     Rows) ),
           Error, ( error_row(Error, Row), findall(Row, member(_, Models), Rows) )),
-    facetlog_batch:empty_batch(Scene),
-    facetlog_batch:close_batch(Scene).
+    facetlog_code:empty_code(Scene),
+    facetlog_code:close_code(Scene).
 
 %   Only the facts that the batch asks for.
 brief_verdicts_on(Facts, Scene, Asked, Verdicts) :-

@@ -2,6 +2,7 @@
 % of them what any scene says.
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(batch)).
+:- use_module(facetlog_kb(code)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(named_models)).
@@ -142,7 +143,7 @@ with_rules(Clauses, Rules, Goal) :-
 asked(Clauses, Asked) :-
     gensym(batch, Batch),
     with_rules(Clauses, Rules,
-               ( open_batch(Batch, Batch, [Rules-[m]], All), close_batch(Batch) )),
+               ( open_code(Batch, [Rules-[m]], All), close_code(Batch) )),
     findall(Name/Arity,
             ( member(Name-Arity, All), \+ memberchk(Name, [thing, face, part_of, evidence]) ),
             Asked).
@@ -150,10 +151,10 @@ asked(Clauses, Asked) :-
 % The verdict in outline: in a batch that has the facts which it asks for, and in a scene with all.
 in_batch(Rules, Outline) :-
     gensym(batch, Batch),
-    open_batch(Batch, Batch, [Rules-[m]], Asked),
+    open_code(Batch, [Rules-[m]], Asked),
     forall(( stated(Fact), functor(Fact, Name, Arity), memberchk(Name-Arity, Asked) ), assertz(Batch:Fact)),
     brief_verdicts(Batch, 100_000_000, [brief(m, t1, State, Low, High, Parts, Sizes, _)]),
-    close_batch(Batch),
+    close_code(Batch),
     Outline = outline(State, Low, High, Parts, Sizes).
 
 in_full(Rules, outline(State, Low, High, Parts, Sizes)) :-
@@ -203,36 +204,36 @@ test(kept_for_those_that_it_depends_on) :-
     kept_for_fewer(Clauses, Expected),
     gensym(batch, Batch),
     with_rules(Clauses, Rules,
-               ( open_batch(Batch, Batch, [Rules-[m]], _),
+               ( open_code(Batch, [Rules-[m]], _),
                  findall(Label, facetlog_target:made(Batch, kept(m, Label, _, _, _), _, _, _), Labels),
-                 close_batch(Batch) )),
+                 close_code(Batch) )),
     assertion(Labels == Expected).
 test(members_of_a_group_are_found_once, Lists == [2]) :-
     gensym(batch, Batch),
     with_rules([ ( group(m, T, [A, B], others, Fs) :-
                        findall(F, ( face_of(T, F), \+ memberchk(F, [A, B]), possible(coplanar(F, A)) ), Found),
                        sort(Found, Fs) ) ], Rules,
-               ( open_batch(Batch, Batch, [Rules-[m]], _),
+               ( open_code(Batch, [Rules-[m]], _),
                  findall(Count, ( facetlog_target:made(Batch, listed(sorted, _, Of, _, _), _, _, _), length(Of, Count) ), Lists),
-                 close_batch(Batch) )).
+                 close_code(Batch) )).
 test(what_searches_for_nothing_is_asked_together, Mosts == [2, 1]) :-
     gensym(batch, Batch),
     with_rules([ condition(m, a, "", _, [A, _], upward(A)), condition(m, b, "", _, [_, B], upward(B)),
                  ( condition(m, c, "", _, [C, _], upward(C)) :- possible(whole(t1)) ) ], Rules,
-               ( open_batch(Batch, Batch, [Rules-[m]], _), call(Batch:plan, m, Plan), close_batch(Batch) )),
+               ( open_code(Batch, [Rules-[m]], _), call(Batch:plan, m, Plan), close_code(Batch) )),
     length(Plan, Count),
-    findall(Of, ( member(group(specialised(_, Name), _), Plan), ( sub_atom(Name, 0, _, _, 'lines#') -> Of = 2 ; Of = 1 ) ),
+    findall(Of, ( member(group(_, Name, _), Plan), ( sub_atom(Name, 0, _, _, 'lines#') -> Of = 2 ; Of = 1 ) ),
             Mosts),
     assertion(Count == 2).
 test(what_searches_is_asked_alone, Count == 1) :-
     gensym(batch, Batch),
     with_rules([ ( condition(m, c, "", _, [C, _], upward(C)) :- possible(whole(t1)) ) ], Rules,
-               ( open_batch(Batch, Batch, [Rules-[m]], _), call(Batch:plan, m, Plan), close_batch(Batch) )),
+               ( open_code(Batch, [Rules-[m]], _), call(Batch:plan, m, Plan), close_code(Batch) )),
     length(Plan, Count).
 test(one_condition_is_left_to_the_interpreter, Models == [conditions(m, 2, [other])]) :-
     gensym(batch, Batch),
     with_rules([ condition(m, own, "", _, [A, _], upward(A)), condition(m, other, "", T, [_, _], is_a(T, m)) ], Rules,
-               ( open_batch(Batch, Batch, [Rules-[m]], _), batch_conditions(Batch, Models), close_batch(Batch) )).
+               ( open_code(Batch, [Rules-[m]], _), batch_conditions(Batch, Models), close_code(Batch) )).
 test(condition_for_what_it_is_not_of, Brief == Full) :-
     with_rules([ condition(m, own, "", t2, [A, _], upward(A)), condition(m, other, "", t2, [_, f3], is_a(t2, m)),
                  condition(m, some, "", _, [_, f3], all([])) ], Rules,
