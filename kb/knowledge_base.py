@@ -5,6 +5,7 @@ checked text: no text of a user is ever put into a goal.
 """
 
 import logging
+import re
 import sys
 import threading
 from collections.abc import Iterable, Mapping, Sequence
@@ -63,6 +64,9 @@ __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 _LOG = logging.getLogger(__name__)
 
 _bases = count(1)
+
+ASKS_VERDICTS = re.compile(r"\b(is_a|verdict|plays|assignment|part_in)\(")
+"""What in a question is answered by judging."""
 
 
 class KnowledgeBase(Closing):
@@ -230,6 +234,8 @@ class KnowledgeBase(Closing):
         limits = limits or self.limits
         if most is not None and most < 0:
             raise ValueError(f"at most {most} answers cannot be asked for")
+        if ASKS_VERDICTS.search(goal):
+            self._prepare_builtin()
         with self._lock:
             self._check_open()
             chosen = tuple(self._scenes if scenes is None else dict.fromkeys(scenes))
@@ -283,14 +289,17 @@ class KnowledgeBase(Closing):
         question: the built-in models' together, for they ask for each other.
         """
         rules = self._model(model)
+        self._prepare_builtin()
+        if rules.own:
+            about = Struct("code", (Atom(rules.module), (Atom(model),)))
+            self.request("prepare_code", about, seconds=LOAD_SECONDS)
+
+    def _prepare_builtin(self) -> None:
         with self._lock:
             if not self._prepared:
                 code = open_code(self, self._rules.builtin, crisp=self._crisp, shared=True)
                 self.request("use_code", Struct("code", (Atom(code.target),)))
                 self._prepared = True
-        if rules.own:
-            about = Struct("code", (Atom(rules.module), (Atom(model),)))
-            self.request("prepare_code", about, seconds=LOAD_SECONDS)
 
     def _add_confidence(self, verdict: Verdict, scene: str) -> Verdict:
         evidence = self._scene(scene).get_evidence(verdict.thing)

@@ -41,7 +41,7 @@ _BY_REASON: dict[str, tuple[tuple[str, str, str], ...]] = {
     "of two lists as long as each other either is the first": (
         (
             "meaning/left_open.pl",
-            "\\+ same_length(‹Some, PartVariables›).",
+            "( Some = [_] -> true ; \\+ same_length(‹Some, PartVariables›) ).",
             "PartVariables, Some",
         ),
     ),

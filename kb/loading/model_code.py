@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from facetlog.errors import EngineError
 from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
 from facetlog.kb.engine.transport import LOAD_SECONDS, scene_module

@@ -20,7 +20,7 @@ ASKS = """:- module(asks, []).
 :- use_module(facetlog(vocabulary)).
 model(asks, "Tells what the scene says of two names.", [a]).
 candidate(asks, Thing, [Thing]).
-condition(asks, so, "it is there", _, [A], measured(A)).
+condition(asks, so, "it is there", _, [_], all([])).
 size(asks, _, _, First, offset(First, Second)) :- fact(offset(First, Second, _, _)).
 size(asks, _, _, Second, offset(First, Second)) :-
     fact(offset(First, Second, _, _)),
