@@ -29,7 +29,7 @@ _in_use: set[str] = set()
 
 
 class Opener(Protocol):
-    """What is needed of a knowledge base."""
+    """Ask a knowledge base."""
 
     def request(
         self, operation: str, about: Struct, columns: str = "", *, seconds: float | None = None
