@@ -258,7 +258,10 @@ class KeptScene:
             return None
         if beside != self._beside:
             self._columns = {}
-        self._beside, self._summary = beside, Summary(**head.pop("summary"))
+        said = head.pop("summary")
+        up = None if said["up"] is None else tuple(said["up"])
+        self._summary = Summary(said["faces"], up, said["metric"], tuple(said["warnings"]))
+        self._beside = beside
         self._files.mark_used(path)
         return head, body
 
