@@ -53,7 +53,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """What is said of a scene beside its verdicts."""
+    """Summary of a scene, as rows have it beside verdicts."""
 
     faces: int
     up: tuple[float, float, float] | None
@@ -139,7 +139,7 @@ class KeptScene:
 
     @property
     def summary(self) -> Summary:
-        """What is said of the scene beside its verdicts."""
+        """Summary of the scene, as rows have it beside verdicts."""
         if self._summary is None:
             self._read(SHAPE)
         return self._summary or Summary.of(self.scene())
