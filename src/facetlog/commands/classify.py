@@ -208,7 +208,8 @@ def classify_command(
         check_pages(html, len(items), read, (out, report))
     outcome = Outcome(comparison=comparison, overlaps=_watch_overlaps(settings.models))
     with _open_workers(settings, run, len(items)) as crew:
-        check_model_names(crew.models)
+        if models:
+            check_model_names(crew.models)
         if known.labels is not None:
             outcome.confusion = _make_confusion(items, labels, crew.models, known)
         with _run_plan(plan, crew) as done:
