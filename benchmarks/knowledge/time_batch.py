@@ -80,11 +80,21 @@ def _classified(paths: Sequence[Path], workers: int) -> FloatArray:
     start = np.array([time.perf_counter(), _children()])
     output = paths[0].parent / f"{workers}-{len(paths)}.jsonl"
     options = ("--workers", str(workers), "-o", str(output), "--overwrite")
-    subprocess.run(
-        [sys.executable, "-m", "facetlog", "classify", *map(str, paths), *options],
-        check=True,
-        capture_output=True,
-    )
+    with tempfile.TemporaryDirectory() as kept:  # no facts of the run before
+        subprocess.run(
+            [
+                sys.executable,
+                "-m",
+                "facetlog",
+                "classify",
+                *map(str, paths),
+                *options,
+                "--keep",
+                kept,
+            ],
+            check=True,
+            capture_output=True,
+        )
     return np.array([time.perf_counter(), _children()]) - start
 
 

@@ -10,8 +10,8 @@ import time
 from functools import cache
 from pathlib import Path
 
+from facetlog.cache_folder import cache_folder, replace_file
 from facetlog.kb.engine.engine import house
-from facetlog.kb.loading.scene_cache import cache_folder, replace_file
 
 __all__ = ["BUILTIN_MODELS", "builtin_rules"]
 

@@ -9,8 +9,9 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeAlias
 
 from facetlog.errors import InputError
 
@@ -18,11 +19,14 @@ __all__ = [
     "MOST_BYTES",
     "MOST_SCENE_BYTES",
     "MOST_SHAPE_BYTES",
+    "Signature",
     "check_current_folder",
     "check_regular",
     "open_regular",
     "read_regular",
     "read_regular_text",
+    "record_reads",
+    "sign_file",
 ]
 
 MOST_BYTES = 256_000_000
@@ -33,6 +37,11 @@ MOST_SCENE_BYTES = 1_000_000_000
 
 MOST_SHAPE_BYTES = 4 << 30
 """Largest mesh or cloud: several times what a laser scan of a building takes."""
+
+Signature: TypeAlias = tuple[int, ...]
+"""Of a file's state: it changes with any change of the file."""
+
+_READS: ContextVar[dict[Path, Signature] | None] = ContextVar("reads", default=None)
 
 IRREGULAR = "it is a pipe, a socket or a device; give a file"
 
@@ -58,6 +67,22 @@ def check_current_folder() -> None:
         raise InputError("the current folder was removed: change to one that exists") from exc
 
 
+def sign_file(about: os.stat_result) -> Signature:
+    """Return the signature of a file's state."""
+    return (about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns)
+
+
+@contextmanager
+def record_reads() -> Iterator[dict[Path, Signature]]:
+    """Return the files that `open_regular` and `read_regular` open from now on, as they were."""
+    reads: dict[Path, Signature] = {}
+    token = _READS.set(reads)
+    try:
+        yield reads
+    finally:
+        _READS.reset(token)
+
+
 @contextmanager
 def open_regular(path: Path, most: int | None = None) -> Iterator[BinaryIO]:
     """Open a regular file to read it from its start; raise OSError for what is no regular file, or
@@ -77,6 +102,8 @@ def open_regular(path: Path, most: int | None = None) -> Iterator[BinaryIO]:
             raise OSError(errno.EINVAL, IRREGULAR, str(path))
         if most is not None and about.st_size > most:
             raise _make_too_long_error(path, most)
+        if (reads := _READS.get()) is not None:
+            reads.setdefault(path, sign_file(about))
         yield file
 
 

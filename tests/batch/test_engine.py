@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.batch import engine as engine_module
 from facetlog.batch.confusion import answer
 from facetlog.batch.engine import SceneEngine
 from facetlog.batch.rows import HOLDS
 from facetlog.batch.settings import Item, Settings
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
+from facetlog.perception.facts import all_facts
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import chair, cuboid, table, wedge
@@ -36,14 +36,14 @@ def items(tmp_path: Path) -> list[Item]:
 def test_a_scene_that_facts_cannot_be_made_of_costs_no_other(
     engine: SceneEngine, items: list[Item], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = engine_module.fact_columns
+    made = all_facts.fact_columns
 
     def failing(scene: Scene, kinds: set[str]) -> object:
         if len(scene.faces) == 5:
             raise ZeroDivisionError("a wedge")
         return made(scene, kinds)
 
-    monkeypatch.setattr(engine_module, "fact_columns", failing)
+    monkeypatch.setattr(all_facts, "fact_columns", failing)
     rows = list(map(engine.row, items))
     assert [row["path"] for row in rows] == [item.path for item in items]
     assert rows[-1]["error"] == f"{items[-1].path}: ZeroDivisionError: a wedge"

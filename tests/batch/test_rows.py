@@ -46,7 +46,7 @@ def test_whatever_goes_wrong_with_a_scene_is_one_line_of_its_row(
 
     (tmp_path / "b.json").touch()
     engine = SceneEngine(Settings(memory_mb=500))
-    monkeypatch.setattr("facetlog.batch.engine.read_shape", failing)
+    monkeypatch.setattr("facetlog.batch.engine.open_scene", failing)
     row = engine.row(Item("b.json", file=str(tmp_path / "b.json")))
     engine.close()
     assert row["error"].startswith(says)

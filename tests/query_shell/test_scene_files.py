@@ -57,9 +57,9 @@ def test_scenes_of_one_name_are_told_apart_by_their_folders(tmp_path):
 def test_a_scene_has_another_key_once_the_code_that_makes_facts_is_another(tmp_path, monkeypatch):
     path = tmp_path / "scene.json"
     path.write_text('{"name": "s"}')
-    before = scene_file(path).key
-    monkeypatch.setattr("facetlog.perception.facts.facts_code.facts_code_hash", lambda: "other")
-    assert scene_file(path).key != before
+    before = scene_file(path).kept.key
+    monkeypatch.setattr("facetlog.kept_scenes.facts_code_hash", lambda **_: "other")
+    assert scene_file(path).kept.key != before
 
 
 def test_a_scene_of_too_many_faces_is_refused_in_one_line_and_little_memory(tmp_path):

@@ -2,22 +2,22 @@
 
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from facetlog.batch.content import hash_content
 from facetlog.batch.memory import compute_share_mb, format_memory_error, get_left_mb
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row, error_row, make_scene_row
-from facetlog.batch.settings import Item, Settings, shape_options
+from facetlog.batch.settings import Item, Settings, open_scene
 from facetlog.errors import EngineError, FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.brief_verdict import STACKS
 from facetlog.kb.limits import Limits
 from facetlog.kb.recognize import too_large
-from facetlog.perception.facts.all_facts import FactColumns, fact_columns
-from facetlog.perception.facts.most_faces import check_face_count
-from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import fit_on_one_line, make_short_line
+
+if TYPE_CHECKING:
+    from facetlog.kept_scenes import Summary
+    from facetlog.perception.facts.named_rows import FactColumns
 
 
 class SceneEngine:
@@ -49,12 +49,13 @@ class SceneEngine:
         sha256 = None
         try:
             with self.profile.timed("read"):
-                sha256 = hash_content(Path(item.place))
-                scene = read_shape(Path(item.place), shape_options(item, self._settings))
-                check_face_count(scene, item.place)
+                kept = open_scene(item, self._settings)
+                sha256 = kept.sha256
+                if not kept.has_facts(self._kinds):
+                    kept.scene()
             with self.profile.timed("facts"):
-                facts = fact_columns(scene, self._kinds)
-            return self._judge_scene(item, scene, facts, sha256, start)
+                facts = kept.facts(self._kinds)
+            return self._judge_scene(item, kept.summary, facts, sha256, start)
         except Exception as exc:
             error = self._describe_error(item, exc)
         return error_row(
@@ -85,7 +86,7 @@ class SceneEngine:
         return make_short_line(text)
 
     def _judge_scene(
-        self, item: Item, scene: Scene, facts: FactColumns, sha256: str, start: float
+        self, item: Item, scene: "Summary", facts: "FactColumns", sha256: str, start: float
     ) -> Row:
         with self.profile.timed("judge"):
             verdicts = self._judge.judge_columns(facts)
@@ -108,10 +109,10 @@ class SceneEngine:
             verdicts,
             sha256=sha256,
             models_hash=self.models_hash,
-            faces=len(scene.faces),
+            faces=scene.faces,
             things=len(facts["thing"][0]) if facts["thing"] else 0,
             seconds=time.perf_counter() - start,
-            up=None if scene.up is None else scene.up.tolist(),
+            up=scene.up,
             metric=scene.metric,
             warnings=[*map(fit_on_one_line, scene.warnings), *too_many],
         )

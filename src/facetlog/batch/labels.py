@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.grammar.checking.model import RESERVED_NAMES
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.plurals import many
@@ -118,6 +117,9 @@ def _first_word(text: str, known: Mapping[str, object]) -> str | None:
 
 def check_model_names(models: Iterable[str]) -> None:
     """Raise InputError for a model whose name is what no answer and an error are called."""
+    # Loaded only now: it takes 80 ms, and built-in models are called nothing else.
+    from facetlog.grammar.checking.model import RESERVED_NAMES
+
     for name in models:
         if name in RESERVED_NAMES:
             raise InputError(f"a model is called {name}, which results say of no model: rename it")

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Self
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
 
 from facetlog.batch.memory import LEAST_MB
 from facetlog.errors import InputError
@@ -16,6 +18,9 @@ from facetlog.perception.shapes.shape_options import (
     parse_unit,
     parse_up,
 )
+
+if TYPE_CHECKING:
+    from facetlog.kept_scenes import KeptScene, SceneKeeper
 
 CRISP = "crisp"
 """The last word of `read_as` where every measured value was taken as exact."""
@@ -36,7 +41,8 @@ class Settings:
     none; `sensor` the place x,y,z from which the points of clouds were seen, or none. With
     `override` up and unit go before what a file states. `seconds` is the processor time that one
     scene may take; by the clock it may take five times that, without what it waits for a processor,
-    and so may all judging of it.
+    and so may all judging of it. `keep` is the folder of kept scenes, that of the user's cache if
+    not given.
     `memory_mb` is what one worker may take; None: its share of the memory there is. With `profile`
     workers say where their time went, with `raw` verdicts have no confidence. What cannot be
     understood is an InputError.
@@ -53,6 +59,7 @@ class Settings:
     raw: bool = False
     sensor: str = NOT_GIVEN
     override: bool = False
+    keep: str | None = None
 
     def __post_init__(self) -> None:
         parse_up(self.up)
@@ -143,3 +150,15 @@ def shape_options(item: Item, settings: Settings) -> ShapeOptions:
     return ShapeOptions(
         parse_up(up), up == FROM_THE_FLOOR, unit, parse_sensor(settings.sensor), override
     )
+
+
+def open_scene(item: Item, settings: Settings) -> "KeptScene":
+    """Return the scene of an item, which is read when it is asked for, or was kept."""
+    return _get_keeper(settings.keep).open(Path(item.place), shape_options(item, settings))
+
+
+@cache
+def _get_keeper(folder: str | None) -> "SceneKeeper":
+    from facetlog.kept_scenes import SceneKeeper
+
+    return SceneKeeper(None if folder is None else Path(folder))

@@ -56,6 +56,14 @@ class _RunOptions:
             help="CPU time limit per scene; the wall-clock limit is five times that.",
         ),
     ] = 60.0
+    keep: Annotated[
+        Path | None,
+        typer.Option(
+            "--keep",
+            metavar="DIR",
+            help="Folder for the scenes of meshes and for facts (default: in the user's cache).",
+        ),
+    ] = None
     dask: Annotated[
         str | None,
         typer.Option("--dask", metavar="ADDRESS", help="Scheduler of a dask.distributed cluster."),
@@ -179,6 +187,7 @@ def classify_command(
         judging.raw,
         stated.sensor_word,
         stated.override_file,
+        None if run.keep is None else _check_kept_folder(run.keep),
     )
     labels = {} if known.labels is None else read_labels(known.labels)
     items = _make_items(_list_paths(scenes or (), listed or (), labels, old), labels)
@@ -199,7 +208,8 @@ def classify_command(
         check_pages(html, len(items), read, (out, report))
     outcome = Outcome(comparison=comparison, overlaps=_watch_overlaps(settings.models))
     with _open_workers(settings, run, len(items)) as crew:
-        check_model_names(crew.models)
+        if models:
+            check_model_names(crew.models)
         if known.labels is not None:
             outcome.confusion = _make_confusion(items, labels, crew.models, known)
         with _run_plan(plan, crew) as done:
@@ -237,6 +247,19 @@ def _resolve_models(paths: Sequence[Path]) -> tuple[str, ...]:
         if not path.exists():
             raise InputError(f"{path} does not exist: give a model file or a folder of them")
     return tuple(str(path.resolve()) for path in paths)
+
+
+def _check_kept_folder(folder: Path) -> str:
+    """Return the absolute path of the folder, which is made if need be; InputError if it is not the
+    user's alone to write.
+    """
+    from facetlog.cache_folder import cache_folder
+
+    try:
+        cache_folder("scenes", folder)
+    except OSError as exc:
+        raise InputError(f"--keep {folder}: cannot be used: {exc.strerror or exc}") from exc
+    return str(folder.resolve())
 
 
 def _list_paths(

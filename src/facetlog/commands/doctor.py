@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -43,11 +43,20 @@ class Finding:
 
 
 @command
-def doctor_command(as_json: AsJson = False) -> int:
+def doctor_command(
+    clear_cache: Annotated[
+        bool, typer.Option("--clear-cache", help="Delete kept scenes and facts first.")
+    ] = False,
+    as_json: AsJson = False,
+) -> int:
     """Check whether everything that facetlog needs is installed.
 
     Exit code 0: all that recognition needs is there, 3: something is missing.
     """
+    if clear_cache:
+        from facetlog.cache_folder import CacheFolder
+
+        CacheFolder().clear()
     found = tuple(_find_all())
     if as_json:
         typer.echo(json.dumps({"schema": SCHEMA, "findings": list(map(asdict, found))}))
@@ -145,19 +154,16 @@ def _check_extra(extra: str, names: tuple[str, ...]) -> Finding:
 
 
 def _check_cache() -> Finding:
-    """Look for the folder of compiled scenes; without one they are loaded anew each time."""
-    from facetlog.kb.loading.scene_cache import SceneCache, get_default_folder
+    """Look for the folder of kept scenes; without one they are made anew each time."""
+    from facetlog.cache_folder import MOST_BYTES, CacheFolder, get_default_folder
 
-    folder = SceneCache().folder
-    if folder is None:
+    kept = CacheFolder()
+    if kept.folder is None:
         reason = f"off by FACETLOG_CACHE, or {get_default_folder()} cannot be used"
         return Finding("cache", Standing.ABSENT, reason)
-    return Finding("cache", Standing.GOOD, f"{folder}, {_format_size(folder)}")
-
-
-def _format_size(folder: Path) -> str:
-    files = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
-    return f"{len(files)} files, {sum(files) / 1e6:.1f} MB"
+    count, size = kept.measure()
+    detail = f"{kept.folder}, {count} files, {size / 1e6:.1f} MB of at most {MOST_BYTES / 1e6:.0f}"
+    return Finding("cache", Standing.GOOD, f"{detail} (--clear-cache deletes them)")
 
 
 def _check_machine() -> Finding:

@@ -42,15 +42,15 @@ class PageOptions:
         answers: "Answers | None" = None,
     ) -> None:
         """Write the page of verdicts or of answers, whole or not at all, if it is wanted."""
+        if self.html is None:
+            return
         from facetlog.kb.explaining.proof import State
         from facetlog.page.contents import Subject
         from facetlog.page.write import page
         from facetlog.perception.atomic_write import write_atomically
         from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 
-        if self.html is None:
-            return
-        scene = file.scene()
+        scene = file.kept.scene()
         best = tuple(verdict for verdict in verdicts if verdict.state is State.HOLDS)
         others = tuple(verdict for verdict in verdicts if verdict.state is not State.HOLDS)
         pieces = shown_pieces(scene)

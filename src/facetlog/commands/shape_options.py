@@ -134,9 +134,9 @@ class Shape:
 
 def read(path: Path, stated: StatedOptions, scale: str | None) -> Shape:
     """Read the scene of a file or folder; raise InputError for what cannot be read."""
+    from facetlog.kept_scenes import read_stated
     from facetlog.perception.facts.known_length import KnownLength, scale_by_known_length
     from facetlog.perception.reading.shape_files.suffixes import FORMATS_WITH_UP
-    from facetlog.perception.shapes.read_shape import read_stated
     from facetlog.perception.shapes.shape_options import is_scene_file
 
     known = None if scale is None else KnownLength.parse(scale)

@@ -259,7 +259,8 @@ def _measure(source: Source, stated: _Stated) -> "tuple[Scene, ViewSet | None]":
 
 
 def _read_scene(path: Path, up: Up, unit: str | None) -> "Scene":
-    from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
+    from facetlog.kept_scenes import read_stated
+    from facetlog.perception.shapes.shape_options import ShapeOptions
 
     up = _normalize_up(up)
     if not path.exists():

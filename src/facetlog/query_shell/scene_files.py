@@ -3,7 +3,6 @@
 Meshes and clouds are scenes as well, with up and unit as they are stated, or known without that.
 """
 
-import hashlib
 import json
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +10,6 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from facetlog import __version__
 from facetlog.errors import InputError
 from facetlog.kb.loading.encode import Fact
 from facetlog.pictures_hint import make_pictures_hint
@@ -20,7 +18,7 @@ from facetlog.safe_read import MOST_SCENE_BYTES, read_regular
 from facetlog.terminal import warn
 
 if TYPE_CHECKING:
-    from facetlog.perception.scene import Scene
+    from facetlog.kept_scenes import KeptScene
     from facetlog.perception.shapes.shape_options import ShapeOptions
 
 SCENE_FILE = "scene.json"  # in a folder written by -o
@@ -29,31 +27,24 @@ SUFFIX = ".json"
 
 @dataclass(frozen=True, slots=True)
 class SceneFile:
-    """A scene file as it was when it was read: `name` is what the knowledge base calls the scene.
-
-    `key` says what its facts are made from and by what. A mesh or a cloud has neither `data` nor
-    key: it is read when its facts are asked for, and files beside it may be part of it. `options`
-    state what the file does not say of up, unit and sensor, or None.
+    """A file of a scene, mesh or cloud: `name` is what the knowledge base calls the scene, which is
+    read when it is asked for. What is asked for raises InputError for a file that holds none.
     """
 
     path: Path
     name: str
-    data: bytes | None
-    key: str | None
-    options: "ShapeOptions | None" = None
+    kept: "KeptScene"
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Doubts about a mesh or cloud, a line each."""
+        return self.kept.summary.warnings if is_raw_shape(self.path) else ()
 
     def facts(self) -> Iterator[Fact]:
-        """Yield the scene's facts, which are computed when the first is requested.
-
-        Raise InputError for a file that holds no scene.
-        """
+        """Yield the scene's facts, which are computed when the first is requested."""
         from facetlog.perception.facts.all_facts import fact_rows
 
-        scene = self.scene()
-        if self.data is None:
-            for line in scene.warnings:
-                warn(f"{self.path.name}: {line}")
-        rows = fact_rows(scene)
+        rows = fact_rows(self.kept.scene())
         for functor in tuple(rows):  # in the order of scene_facts
             found = rows.pop(functor)
             # Handed over is let go: of many faces the rest needs the room.
@@ -62,29 +53,9 @@ class SceneFile:
                 yield (functor, *found.pop())
 
     def facts_on_demand(self) -> Iterator[Fact]:
-        """Yield the facts that `facts` leaves out; InputError as there."""
-        from facetlog.perception.facts.all_facts import facts_on_demand
-
-        for fact in facts_on_demand(self.scene()):
+        """Yield the facts that `facts` leaves out."""
+        for fact in self.kept.facts_on_demand():
             yield fact.row
-
-    def scene(self) -> "Scene":
-        """Read the scene itself; InputError as for `facts`."""
-        from facetlog.perception.facts.most_faces import check_face_count
-        from facetlog.perception.surfaces.scene_file import decode_scene
-
-        if self.data is not None:
-            scene = decode_scene(self.data, str(self.path))
-            if self.options is not None:
-                from facetlog.perception.shapes.read_shape import stated
-
-                scene = stated(scene, self.options)
-        else:
-            from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
-
-            scene = read_shape(self.path, self.options or ShapeOptions(find_floor=True))
-        check_face_count(scene, self.path)
-        return scene
 
 
 def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
@@ -93,9 +64,16 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
 
     Raise InputError if there is none. What it holds is checked when its facts are asked for.
     """
+    from facetlog.kept_scenes import (
+        SceneKeeper,
+    )  # loaded only now: a shell without scenes does without
+    from facetlog.perception.shapes.shape_options import ShapeOptions
+
     inside = path / SCENE_FILE if path.is_dir() else path
+    given = options or ShapeOptions(find_floor=True)
     if is_raw_shape(path):
-        return SceneFile(path, plain_text(path.stem or path.resolve().name), None, None, options)
+        name = plain_text(path.stem or path.resolve().name)
+        return SceneFile(path, name, SceneKeeper().open(path, given))
     if path.suffix not in ("", SUFFIX) and (hint := make_pictures_hint(path)):
         raise InputError(f"{path} holds no scene{hint}")
     try:
@@ -111,12 +89,8 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
         raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc
     if options is not None and options.sensor is not None:
         warn(f"{path}: a scene says from where it was seen itself; --sensor does not count")
-    # Loaded only now: a shell without scenes does without.
-    from facetlog.perception.facts.facts_code import facts_code_hash
-
-    made_by = f"{__version__} {facts_code_hash()} {options or ''}"
-    key = hashlib.sha256(data + made_by.encode()).hexdigest()
-    return SceneFile(inside, plain_text(_read_name(data) or inside.stem), data, key, options)
+    name = plain_text(_read_name(data) or inside.stem)
+    return SceneFile(inside, name, SceneKeeper().open(inside, given, data))
 
 
 def is_raw_shape(path: Path) -> bool:

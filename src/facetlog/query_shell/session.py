@@ -16,7 +16,7 @@ from facetlog.kb.recognize import list_rule_files, rule_files
 from facetlog.query_shell.meanings import length_unit
 from facetlog.query_shell.model_files import Stamp, read_stamp
 from facetlog.query_shell.scene_files import SCENE_FILE, SceneFile, make_names_distinct, scene_file
-from facetlog.terminal import error_lines
+from facetlog.terminal import error_lines, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.shapes.shape_options import ShapeOptions
@@ -118,7 +118,11 @@ class Session(Closing):
 
     @staticmethod
     def _load(base: KnowledgeBase, file: SceneFile) -> None:
-        base.load_scene(file.name, file.facts(), cache_key=file.key, on_demand=file.facts_on_demand)
+        for line in file.warnings:
+            warn(f"{file.path.name}: {line}")
+        base.load_scene(
+            file.name, file.facts(), cache_key=file.kept.key, on_demand=file.facts_on_demand
+        )
 
     def load_models(self, paths: Iterable[Path]) -> tuple[str, ...]:
         """Load files and folders of models; return the names of the models that they define.

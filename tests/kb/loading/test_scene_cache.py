@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import facetlog
+from facetlog.cache_folder import CacheFolder, get_default_folder
 from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.terms import Atom, Struct, Term, format_prolog_term
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -24,9 +25,8 @@ from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.scene_cache import (
     LOADING_CODE,
     SceneCache,
-    _content,
+    _encode_content,
     compute_schema_hash,
-    get_default_folder,
 )
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
@@ -164,7 +164,7 @@ def test_a_cut_or_lengthened_file_is_noticed(
 def test_a_foreign_file_is_not_loaded_and_is_replaced(
     prolog: Prolog, cache: SceneCache, saved: Path, content: bytes | None
 ) -> None:
-    older = saved.read_bytes().replace(b"facetlog scene 1", b"facetlog scene 0", 1)
+    older = saved.read_bytes().replace(b"facetlog cache 1", b"facetlog cache 0", 1)
     saved.write_bytes(older if content is None else content)
     assert loads(prolog, cache, saved) is None
     with prolog.scene(BLOCK) as module:
@@ -316,9 +316,9 @@ def test_a_file_with_other_facts_than_it_says_leaves_the_scene_empty(
         file = tmp_path / "facts.qlf"
         save = Struct("save", (Atom(module), Atom(str(file))))
         assert prolog.ask("save_scene", format_prolog_term(save)) == len(BLOCK)
-        content = _content(saved, module, file.read_bytes(), len(BLOCK) + 1)
+        content = _encode_content(saved, module, file.read_bytes(), len(BLOCK) + 1)
     assert content is not None
-    saved.write_bytes(content)
+    assert CacheFolder(saved.parent).write(saved, content)
     assert loads(prolog, cache, saved) is None
 
 
@@ -346,7 +346,7 @@ def test_only_old_half_written_files_are_deleted(
     os.utime(old, (time.time() - 7200,) * 2)
     os.utime(other, (time.time() - 7200,) * 2)
     with prolog.scene(BLOCK) as module:
-        assert cache.save(saved, module, prolog.ask)
+        assert SceneCache(saved.parent).save(saved, module, prolog.ask)
     assert {p.name for p in saved.parent.iterdir()} == {saved.name, "young.part", "notes.txt"}
 
 

@@ -5,7 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from facetlog.perception.facts.facts_code import FACTS_CODE, facts_code_hash
+import pytest
+
+from facetlog.perception.facts.facts_code import FACTS_CODE, SHAPES_CODE, facts_code_hash
 
 ROOM = Path(__file__).parents[3] / "perception"
 LOADED = """
@@ -17,10 +19,23 @@ print(json.dumps([m.__file__ for m in modules if m.__file__]))
 """
 
 
-def test_all_that_is_loaded_to_make_facts_is_looked_at() -> None:
-    said = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, check=True)
+SHAPES = """
+from facetlog.perception.reading.shape_files.clouds import cloud_files
+from facetlog.perception.reading.shape_files.meshes import gltf_mesh, mesh_files
+from facetlog.perception.shapes.clouds import cloud_scene
+from facetlog.perception.shapes.meshes import mesh_scene
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "patterns"), [(LOADED, FACTS_CODE), (SHAPES + LOADED, SHAPES_CODE)]
+)
+def test_all_that_is_loaded_to_make_facts_is_looked_at(
+    code: str, patterns: tuple[str, ...]
+) -> None:
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
     loaded = {Path(path).resolve() for path in json.loads(said.stdout)}
-    covered = {path.resolve() for pattern in FACTS_CODE for path in ROOM.glob(pattern)}
+    covered = {path.resolve() for pattern in patterns for path in ROOM.glob(pattern)}
     assert len(loaded) > 20
     assert loaded <= covered
 

@@ -30,6 +30,7 @@ from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
 from facetlog.perception.reading.shape_files.meshes.polygons import fan_triangles, strip_triangles
 from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
+from facetlog.safe_read import read_regular
 
 # glTF 2.0, section 3.4: right-handed, +y is up, metres.
 UP = (0.0, 1.0, 0.0)
@@ -461,4 +462,4 @@ class GltfData:
             raise shape.error(f"{uri[:80]} is missing; put it beside the glTF")
         if target.stat().st_size > self.shape.limits.size_bytes:
             raise shape.error(f"{uri[:80]} is too large; reduce the mesh")
-        return target.read_bytes()
+        return read_regular(folder / unquote(uri), shape.limits.size_bytes)

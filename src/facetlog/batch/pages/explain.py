@@ -3,16 +3,14 @@
 import base64
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypedDict
 
 from facetlog.batch.loaded_scene import SCENE, loaded_scene
 from facetlog.batch.rows import HOLDS, Row, read_confidence
-from facetlog.batch.settings import Item, Settings, shape_options
+from facetlog.batch.settings import Item, Settings, open_scene
 from facetlog.errors import FacetlogError, QueryError
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import fit_on_one_line
 
 
@@ -40,7 +38,7 @@ def explained(item: Item, settings: Settings, question: Mistaken) -> dict[str, A
     Of the wrong answer why it holds, of the right one why it does not.
     """
     try:
-        scene = read_shape(Path(item.place), shape_options(item, settings))
+        scene = open_scene(item, settings).scene()
     except (FacetlogError, MemoryError):
         return {"picture": None, "reasons": []}  # the row says why
     from facetlog.perception.surfaces.drawing.thumbnail import thumbnail

@@ -1,18 +1,15 @@
 """The page of one scene: all verdicts with their proofs, and the scene in 3-D."""
 
-from pathlib import Path
 from typing import TypedDict
 
-from facetlog.batch.content import hash_content
 from facetlog.batch.loaded_scene import SCENE, loaded_scene
 from facetlog.batch.memory import compute_share_mb, format_memory_error
-from facetlog.batch.settings import Item, Settings, shape_options
+from facetlog.batch.settings import Item, Settings, open_scene
 from facetlog.errors import FacetlogError, InputError
 from facetlog.kb.recognize import judge_loaded_scene
 from facetlog.page.contents import Subject
 from facetlog.page.write import page
 from facetlog.perception.facts.pieces.piece_facts import shown_pieces
-from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import make_short_line
 
 
@@ -39,10 +36,10 @@ def scene_page(item: Item, settings: Settings, sha256: str) -> ScenePage:
 
 
 def _page(item: Item, settings: Settings, sha256: str) -> str:
-    place = Path(item.place)
-    if hash_content(place) != sha256:
+    kept = open_scene(item, settings)
+    if kept.sha256 != sha256:
         raise InputError("it was changed since it was classified")
-    scene = read_shape(place, shape_options(item, settings))
+    scene = kept.scene()
     with loaded_scene(scene, settings) as base:
         found = judge_loaded_scene(base, SCENE, near=True)
     others = tuple(verdict for verdict in found.verdicts if verdict not in found.best)

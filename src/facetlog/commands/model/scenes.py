@@ -116,7 +116,7 @@ def _read_scene(path: Path, stated: StatedOptions, scale: str | None) -> "Scene"
     from facetlog.query_shell.scene_files import scene_file
 
     known = None if scale is None else KnownLength.parse(scale, "scale")
-    scene = scene_file(path, stated.find_given()).scene()
+    scene = scene_file(path, stated.find_given()).kept.scene()
     for line in scene.warnings:
         warn(f"{path.name}: {line}")
     return scene if known is None else scale_by_known_length(scene, known)[0]
