@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from facetlog.perception.ragged import unique_rows
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.neighbourhoods import (
     CURVED,
@@ -249,7 +250,7 @@ def _joined(points: FloatArray, owner: NDArray[np.intp], near: Neighbourhoods) -
     second = owner[near.neighbours].ravel()
     touch = (first >= 0) & (second >= 0) & (first != second)
     pairs = np.sort(np.column_stack([first[touch], second[touch]]), axis=1)
-    pairs = np.unique(pairs, axis=0)
+    pairs = unique_rows(pairs)
     sums = [_Moments.of(points[rows]) for rows in _members(owner, count)]
     name = np.arange(count)
     while len(pairs):
@@ -265,7 +266,7 @@ def _joined(points: FloatArray, owner: NDArray[np.intp], near: Neighbourhoods) -
         sums[one] = joint
         name[name == two] = one
         pairs = np.where(pairs == two, one, pairs)
-        pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+        pairs = unique_rows(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1))
     return np.append(name, -1)[owner]
 
 
