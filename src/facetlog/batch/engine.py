@@ -1,6 +1,7 @@
 """Scenes into rows: what a worker process does, with the engine that it keeps."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from facetlog.batch.content import hash_content
@@ -15,6 +16,7 @@ from facetlog.kb.limits import Limits
 from facetlog.kb.recognize import too_large
 from facetlog.perception.facts.all_facts import FactColumns, fact_columns
 from facetlog.perception.facts.most_faces import check_face_count
+from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import fit_on_one_line, make_short_line
@@ -40,6 +42,7 @@ class SceneEngine:
         self.models = self._judge.models
         # What the models ask for, and the things that a row counts: no other fact is worked out.
         self._kinds = {name for name, _ in self._judge.needed} | {"thing"}
+        self._solid_parts = any(kind.functor in self._kinds for kind in PIECE_KINDS)
         self.profile = Profile(self._judge.conditions() if settings.profile else {})
         """Where the time went, of all scenes so far."""
 
@@ -50,7 +53,9 @@ class SceneEngine:
         try:
             with self.profile.timed("read"):
                 sha256 = hash_content(Path(item.place))
-                scene = read_shape(Path(item.place), shape_options(item, self._settings))
+                options = shape_options(item, self._settings)
+                options = replace(options, solid_parts=self._solid_parts)
+                scene = read_shape(Path(item.place), options)
                 check_face_count(scene, item.place)
             with self.profile.timed("facts"):
                 facts = fact_columns(scene, self._kinds)
