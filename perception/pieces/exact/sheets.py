@@ -22,6 +22,7 @@ from facetlog.perception.pieces.exact.wind_bodies import (
 from facetlog.perception.ragged import (
     Bools,
     Indices,
+    find_distinct,
     iter_groups,
     joined,
     number_rows,
@@ -266,7 +267,7 @@ def _weld(points: FloatArray, triangles: Indices, slack: float) -> tuple[FloatAr
     used, place = np.unique(triangles, return_inverse=True)
     points = points[used]
     # equal ones first, for speed: neighbours are searched among what is left
-    _, first, same = np.unique(number_rows(points), return_index=True, return_inverse=True)
+    first, same = find_distinct(number_rows(points))
     near = cKDTree(points[first]).query_pairs(slack, output_type="ndarray")
     label = joined(len(first), near)[1]
     _, kept = np.unique(label, return_index=True)
@@ -332,7 +333,7 @@ def _drop_doubles(points: FloatArray, triangles: Indices) -> Indices:
     low = triangles.argmin(axis=1)
     rows = np.arange(len(triangles))
     turned = np.stack([triangles[rows, (low + k) % 3] for k in range(3)], axis=1)
-    kept = np.sort(np.unique(number_rows(turned), return_index=True)[1])
+    kept = np.sort(find_distinct(number_rows(turned))[0])
     unwound = number_rows(np.sort(triangles[kept], axis=1))
     _, first, uses = np.unique(unwound, return_index=True, return_counts=True)
     area = measure_triangles(points, triangles[kept])[1]
