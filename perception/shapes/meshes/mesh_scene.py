@@ -139,7 +139,7 @@ def _sights(
     kept, _, areas = thinned(samples.points, samples.areas, owner, cube / SAMPLES_PER_CUBE)
     points, owner = samples.points[kept], owner[kept]
     normals = normals[samples.triangles[kept]]
-    tree = cKDTree(points)
+    tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     votes = _choose_some_of_each(owner, count)
     sights = []
     for sign in (1.0, -1.0):
