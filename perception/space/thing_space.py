@@ -194,7 +194,7 @@ def thing_space(
     # right before surface that was seen from there
     before = np.zeros(lattice.size, dtype=np.bool_)
     numbers = lattice.numbers(points + BESIDE * facing)
-    before[numbers[(numbers >= 0) & facing.any(axis=1)]] = True
+    before[numbers[(numbers >= 0) & _find_facing(facing)]] = True
     passed = count_places_through(lattice, sights, touched) >= places
     free = ~touched & (before.reshape(lattice.shape) | passed)
     blind = _find_empty_rooms(lattice, within & ~touched, surface.outer, sights)
@@ -212,11 +212,17 @@ def thing_space(
     return Space(lattice, cells, closed)
 
 
+def _find_facing(facing: FloatArray) -> NDArray[np.bool_]:
+    """Return which directions (n, 3) are not zero: column by column, rows of three take longer."""
+    x, y, z = facing.T
+    return np.asarray((x != 0.0) | (y != 0.0) | (z != 0.0))
+
+
 def _open_share(lattice: Lattice, within: Cells, points: FloatArray, facing: FloatArray) -> float:
     """Return how much of the surface has free space behind it; boards thinner than a cell have
     none.
     """
-    known = facing.any(axis=1)
+    known = _find_facing(facing)
     if not known.all():
         points, facing = points[known], facing[known]
     if not len(points):
