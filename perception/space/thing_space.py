@@ -179,7 +179,10 @@ def thing_space(
     flat, face = inner_points(surface.faces, SPACING * lattice.cell)
     normals = np.array([f.normal for f in surface.faces]).reshape(-1, 3)
     points = lattice.local(np.concatenate([flat, surface.curved]))
-    facing = np.concatenate([(normals @ lattice.axes.T)[face], surface.normals @ lattice.axes.T])
+    # axis by axis in memory, as `local` gives the points
+    facing = np.concatenate(
+        [np.take(lattice.axes @ normals.T, face, axis=1), lattice.axes @ surface.normals.T], axis=1
+    ).T
     touched = lattice.holding(points)
     if not len(flat):
         touched |= lattice.holding(lattice.local(surface.outer))
