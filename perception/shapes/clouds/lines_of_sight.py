@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.ragged import find_distinct, number_rows, unique_rows
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline
@@ -65,7 +66,7 @@ def find_things_round_sensor(
     if seen_from is None:
         return ()
     known = np.isfinite(seen_from).all(axis=1)
-    places = np.unique(seen_from[known], axis=0)
+    places = unique_rows(seen_from[known])
     if len(places) > MOST_PLACES:
         return ()
     found = []
@@ -290,12 +291,13 @@ def _check_stated(
     is_sure: bool,
 ) -> View:
     known = np.isfinite(seen_from).all(axis=1)
-    places, of_place = np.unique(seen_from[known], axis=0, return_inverse=True)
+    first, of_place = find_distinct(number_rows(seen_from[known]))
+    places = seen_from[known][first]
     if not 0 < len(places) <= MOST_PLACES:
         return View(seen_from)
     refused = [not (is_sure or test.is_possible(place)) for place in places]
     kept = seen_from.copy()
-    kept[np.flatnonzero(known)[np.isin(of_place.ravel(), np.flatnonzero(refused))]] = np.nan
+    kept[np.flatnonzero(known)[np.isin(of_place, np.flatnonzero(refused))]] = np.nan
     partly = _find_partly_seen(test.find_hidden(points[looked], kept[looked]), bodies)
     if partly:
         kept[test.find_hidden(points, kept)] = np.nan
