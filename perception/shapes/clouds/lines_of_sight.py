@@ -234,9 +234,17 @@ class SightTest:
             behind = np.copysign(1.0, ahead) * sheet.plane.distance(points)
             met = np.flatnonzero((behind < -self._margin) & ~hidden)
             share = abs(ahead) / (abs(ahead) - behind[met])
-            crossing = place + share[:, None] * (points[met] - place)
-            x, y = (crossing @ sheet.axes.T).T
-            hidden[met[shapely.contains_xy(sheet.covered, x, y)]] = True
+            # where the line of sight crosses the plane, axis by axis
+            spots = [
+                start + share * ((points @ axis)[met] - start)
+                for axis, start in zip(sheet.axes, sheet.axes @ place, strict=True)
+            ]
+            inside = np.ones(len(met), dtype=bool)
+            bounds = np.reshape(sheet.covered.bounds, (2, 2))
+            for spot, low, high in zip(spots, *bounds, strict=True):
+                inside &= (spot >= low) & (spot <= high)
+            x, y = (spot[inside] for spot in spots)
+            hidden[met[inside][shapely.contains_xy(sheet.covered, x, y)]] = True
         return hidden
 
 
