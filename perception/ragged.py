@@ -180,7 +180,7 @@ def joined(count: int, pairs: ArrayLike) -> tuple[int, Indices]:
         apart = np.flatnonzero(low != high)
         one, two = one[apart], two[apart]
         np.minimum.at(groups, high[apart], low[apart])
-        while (groups[groups] != groups).any():
-            groups = groups[groups]
+        while not np.array_equal(further := groups[groups], groups):
+            groups = further
     first = groups == np.arange(count)
     return int(first.sum()), (np.cumsum(first) - 1)[groups]

@@ -10,7 +10,6 @@ mesh, and those of the frame.
 
 import time
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -107,8 +106,12 @@ def measure(settings: Settings) -> Report:
         label for label in read_labels(folder / "labels.csv").values() if label.kind == "mesh"
     ]
     chosen = np.linspace(0, len(labels) - 1, SHAPES).astype(int).tolist()
-    with_peer = find_spec("open3d") is not None
-    notes = () if with_peer else ("Open3D is not installed, and was not measured.",)
+    notes: tuple[str, ...] = ()
+    try:
+        PEERS["Open3D"]()
+    except ImportError as exc:
+        notes = (f"Open3D was not measured: {exc}",)
+    with_peer = not notes
     with BatchJudge() as judge:
         tasks = [Task.of_file(labels[i], labels[i].file) for i in chosen]
         _time_mesh(tasks[0], judge, with_peer)  # not counted: the first run fills caches
