@@ -55,8 +55,9 @@ class Hull:
 
     def contains(self, points: FloatArray, slack: float) -> Bools:
         """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
-        near: Bools = np.asarray((points >= self.points.min(axis=0) - slack).all(axis=1))
-        near &= (points <= self.points.max(axis=0) + slack).all(axis=1)
+        near: Bools = np.ones(len(points), dtype=np.bool_)
+        for along, own in zip(points.T, self.points.T, strict=True):
+            near &= (along >= own.min() - slack) & (along <= own.max() + slack)
         heights = points[near] @ self.planes[:, :3].T + self.planes[:, 3]
         near[near] = heights.max(axis=1) <= slack
         return near
