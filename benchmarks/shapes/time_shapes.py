@@ -48,7 +48,7 @@ def _run(work: Callable[[], Any]) -> tuple[float, Any]:
 def _find_patches(points: FloatArray) -> Callable[[], Any]:
     """Return what finds the planar patches of points (n, 3); ImportError without Open3D."""
     none = np.zeros(0, dtype=np.intp)
-    return PEERS["Open3D"]()(Points(points, none, np.zeros((0, 3)), 0.0))
+    return PEERS["Open3D"]()(Points(np.array(points), none, np.zeros((0, 3)), 0.0))
 
 
 def _time_mesh(task: Task, judge: BatchJudge, with_peer: bool) -> dict[str, float]:
