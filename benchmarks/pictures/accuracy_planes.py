@@ -78,7 +78,8 @@ def _open3d() -> Finder:
             patches = pcd.detect_planar_patches(min_num_points=LEAST_POINTS, search_param=search)
             owner = np.full(len(cloud.points), -1)
             for nth, patch in enumerate(patches):
-                owner[np.asarray(patch.get_point_indices_within_bounding_box(pcd.points))] = nth
+                own = patch.get_point_indices_within_bounding_box(pcd.points)
+                owner[np.asarray(own, dtype=np.intp)] = nth
             return owner
 
         return find

@@ -30,13 +30,16 @@ SDS, BLUR_M = 3.0, 1.5**2 * DISPARITY_STEP_PX / (FOCAL_PX * BASE_M)
 FLOOR_SIZES = 1.5  # how far the floor reaches from the middle, in the longest side: what it sees
 
 
-def single_view(mesh: Mesh, up: FloatArray, seed: int, *, name: str, place: bool) -> Cloud:
+def single_view(
+    mesh: Mesh, up: FloatArray, seed: int, *, name: str, place: bool, fine: int = 1
+) -> Cloud:
     """Return the cloud of one view from a place by chance; `place` says whether the cloud has that.
 
-    The thing is brought to its size (m) first; the floor is its lowest level along `up` (3,).
+    The thing is brought to its size (m) first; the floor is its lowest level along `up` (3,). With
+    `fine` there are so many times more pixels each way.
     """
     generator = np.random.default_rng(seed)
-    view = _view(mesh, up, generator)
+    view = _view(mesh, up, generator, fine)
     ends = np.isfinite(view.depth)
     z = _measured(view.depth[ends], generator)
     found = view.eye + view.lines[ends] * z[:, None]
@@ -76,14 +79,14 @@ class _View:
     of_thing: NDArray[np.bool_]
 
 
-def _view(mesh: Mesh, up: FloatArray, generator: np.random.Generator) -> _View:
+def _view(mesh: Mesh, up: FloatArray, generator: np.random.Generator, fine: int = 1) -> _View:
     points = _resized(mesh, up)
     eye = _eye(up, generator)
-    samples = _surface(points, mesh, eye, generator)
+    samples = _surface(points, mesh, eye, generator, fine)
     axes = _axes(up, eye)
-    lines = _sight_lines() @ axes
-    depth = np.full(WIDTH * HEIGHT, np.inf)
-    pixel, away = _pixels(samples, eye, axes)
+    lines = _sight_lines(fine) @ axes
+    depth = np.full(len(lines), np.inf)
+    pixel, away = _pixels(samples, eye, axes, fine)
     np.minimum.at(depth, pixel, away)
     floor = _floor_depth(lines, eye, up)
     return _View(eye, lines, np.minimum(depth, floor), np.isfinite(depth) & (depth < floor))
@@ -109,10 +112,10 @@ def _eye(up: FloatArray, generator: np.random.Generator) -> FloatArray:
 
 
 def _surface(
-    points: FloatArray, mesh: Mesh, eye: FloatArray, generator: np.random.Generator
+    points: FloatArray, mesh: Mesh, eye: FloatArray, generator: np.random.Generator, fine: int
 ) -> FloatArray:
     solid = trimesh.Trimesh(points, mesh.triangles, process=False)
-    pixel_m = float(np.linalg.norm(eye)) / FOCAL_PX
+    pixel_m = float(np.linalg.norm(eye)) / (fine * FOCAL_PX)
     count = int(np.clip(SAMPLES_A_PIXEL * solid.area / pixel_m**2, 1_000, 2_000_000))
     found, _ = trimesh.sample.sample_surface(solid, count, seed=generator)
     return np.asarray(found, dtype=np.float64)
@@ -126,21 +129,25 @@ def _axes(up: FloatArray, eye: FloatArray) -> FloatArray:
     return np.array([right, np.cross(forward, right), forward])
 
 
-def _sight_lines() -> FloatArray:
+def _sight_lines(fine: int) -> FloatArray:
     """Return what a metre of depth is in each pixel (h w, 3), along the sensor's axes."""
-    row, column = np.divmod(np.arange(WIDTH * HEIGHT), WIDTH)
-    across = (column - (WIDTH - 1) / 2.0) / FOCAL_PX
-    down = (row - (HEIGHT - 1) / 2.0) / FOCAL_PX
-    return np.column_stack([across, down, np.ones(WIDTH * HEIGHT)])
+    width, height, focal = fine * WIDTH, fine * HEIGHT, fine * FOCAL_PX
+    row, column = np.divmod(np.arange(width * height), width)
+    across = (column - (width - 1) / 2.0) / focal
+    down = (row - (height - 1) / 2.0) / focal
+    return np.column_stack([across, down, np.ones(width * height)])
 
 
-def _pixels(points: FloatArray, eye: FloatArray, axes: FloatArray) -> tuple[Indices, FloatArray]:
+def _pixels(
+    points: FloatArray, eye: FloatArray, axes: FloatArray, fine: int
+) -> tuple[Indices, FloatArray]:
     """Return pixel and depth of the points in view."""
+    width, height, focal = fine * WIDTH, fine * HEIGHT, fine * FOCAL_PX
     x, y, z = axes @ (points - eye).T
-    column = np.rint(FOCAL_PX * x / z + (WIDTH - 1) / 2.0).astype(np.intp)
-    row = np.rint(FOCAL_PX * y / z + (HEIGHT - 1) / 2.0).astype(np.intp)
-    there = (z > 0.0) & (column >= 0) & (column < WIDTH) & (row >= 0) & (row < HEIGHT)
-    return (row * WIDTH + column)[there], z[there]
+    column = np.rint(focal * x / z + (width - 1) / 2.0).astype(np.intp)
+    row = np.rint(focal * y / z + (height - 1) / 2.0).astype(np.intp)
+    there = (z > 0.0) & (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    return (row * width + column)[there], z[there]
 
 
 def _floor_depth(seen: FloatArray, eye: FloatArray, up: FloatArray) -> FloatArray:

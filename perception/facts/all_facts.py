@@ -141,7 +141,7 @@ def fact_columns(scene: Scene, kinds: Collection[str] | None = None) -> FactColu
     worked out; else all but those on demand.
     """
     wanted = _wanted(kinds)
-    memo, facts = SceneMemo.of(scene), CollectedFacts(wanted)
+    memo, facts = SceneMemo.of(scene, wanted), CollectedFacts(wanted)
     for maker, made in _MAKERS:
         if not wanted.keys().isdisjoint(made):
             maker(memo, facts)

@@ -344,13 +344,14 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     hulls = Hulls(flat, candidate, table.convex[faces] & ~beyond.any(axis=1), finest)
     corners, after = hulls.of(flat), following(hulls.sizes, hulls.places.shape[1])
     # Vertices stacked along the normal make one corner together: their mean.
-    apart_x = corners[:, :, None, 0] - flat[:, None, :, 0]
-    apart_y = corners[:, :, None, 1] - flat[:, None, :, 1]
-    near = apart_x * apart_x + apart_y * apart_y <= finest * finest
-    stacked = near & candidate[:, None]
     known = np.arange(hulls.places.shape[1]) < hulls.sizes[:, None]
-    row, corner, column = np.nonzero(stacked & known[..., None])
-    weight = 1.0 / stacked.sum(axis=2)[row, corner]
+    beside = np.abs(corners[:, :, None, 0] - flat[:, None, :, 0]) <= finest
+    row, corner, column = np.nonzero(beside & candidate[:, None] & known[..., None])
+    apart = corners[row, corner] - flat[row, column]
+    near = dots(apart, apart) <= finest * finest
+    row, corner, column = row[near], corner[near], column[near]
+    of_corner = row * known.shape[1] + corner
+    weight = 1.0 / np.bincount(of_corner)[of_corner]
     loop = np.zeros((*known.shape, 3))
     np.add.at(loop, (row, corner), weight[:, None] * where[row, column])
     spokes = np.where(known[..., None], loop - loop[:, :1], 0.0)

@@ -9,7 +9,7 @@ from facetlog.perception.facts.fact_schema import Value
 from facetlog.perception.facts.named_rows import CollectedFacts, FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing
-from facetlog.perception.ragged import Indices
+from facetlog.perception.ragged import Indices, unique_rows
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 
@@ -182,7 +182,7 @@ def meeting_facts(s: SceneMemo, rows: CollectedFacts) -> None:
     keys = ends.min(axis=1) * count + ends.max(axis=1)
     _, first, place = np.unique(keys, return_index=True, return_inverse=True)
     edge = first[place[len(s.edges) :]]
-    found = np.unique(np.column_stack([contacts.faces, edge]), axis=0)
+    found = unique_rows(np.column_stack([contacts.faces, edge]))
     one, two, edge = found.T
     rows.add_both_ways("adjoins", s.face_names[one], s.face_names[two], s.edge_names[edge])
 

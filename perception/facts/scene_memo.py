@@ -1,6 +1,6 @@
 """Lazily computed values of a scene that several kinds of facts are made from."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -34,11 +34,13 @@ class SceneMemo:
 
     scene: Scene
     table: FaceTable
+    kinds: Collection[str] | None = None
+    """The functors that are asked for, None: all."""
 
     @classmethod
-    def of(cls, scene: Scene) -> "SceneMemo":
+    def of(cls, scene: Scene, kinds: Collection[str] | None = None) -> "SceneMemo":
         """Return the memo of a scene, with nothing in it yet."""
-        return cls(scene, FaceTable.of(scene))
+        return cls(scene, FaceTable.of(scene), kinds)
 
     @cached_property
     def edges(self) -> Indices:
@@ -179,7 +181,7 @@ class SceneMemo:
     def filled(self) -> dict[int, FilledSpace]:
         """The filled space of each thing, by its index."""
         return compute_filled_spaces(
-            self.scene, self.table, self.edges, self.things, self.members, self.floors
+            self.scene, self.table, self.edges, self.things, self.members, self.floors, self.kinds
         )
 
     @cached_property

@@ -52,7 +52,8 @@ def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
         if path.suffix.lower() not in CLOUD_SUFFIXES:
             raise
         return _cloud_file(path, options)  # a PLY of points alone
-    return make_mesh_scene(mesh, up=mesh.up, metric=mesh.unit_metres is not None)
+    metric = mesh.unit_metres is not None
+    return make_mesh_scene(mesh, up=mesh.up, metric=metric, solid_parts=options.solid_parts)
 
 
 def read_stated_mesh(path: Path, options: ShapeOptions) -> "Mesh":

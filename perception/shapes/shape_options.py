@@ -43,8 +43,9 @@ class ShapeOptions:
     format states or what is found from the floor; without either it is unknown. `unit` is that of
     the file's coordinates, a key of METRES_PER; None: what the format states, else unknown, so that
     only ratios of lengths mean something. What a file states goes before both, unless `override`
-    is set. `sensor` is the place, in the file's axes and unit, from
-    which all points of a cloud were seen; without it, what the file states.
+    is set. `sensor` is the place, in the file's axes and unit, from which all points of a cloud
+    were seen; without it, what the file states. Without `solid_parts` those of a mesh, which take
+    as long as all else, are left out: few models ask for them.
     """
 
     up: tuple[float, float, float] | None = None
@@ -52,6 +53,7 @@ class ShapeOptions:
     unit: str | None = None
     sensor: tuple[float, float, float] | None = None
     override: bool = False
+    solid_parts: bool = True
 
 
 def parse_up(word: str, option: str = "--up") -> tuple[float, float, float] | None:

@@ -97,10 +97,11 @@ class Lattice:
         """Return the number (n,) of the cell that holds each of points (n, 3) in its own axes, as
         `local` gives them, -1 outside.
         """
-        found = self._nearest(points)
+        outside = np.zeros(len(points), dtype=np.bool_)
         for along, count in zip(points.T, self.shape, strict=True):
-            found[(along < -AT_RIM) | (along > count + AT_RIM)] = -1
-        return found
+            outside |= along < -AT_RIM
+            outside |= along > count + AT_RIM
+        return np.where(outside, -1, self._nearest(points))
 
     def _nearest(self, local: FloatArray) -> Indices:
         # The numbers (n,) of the cells that hold points (n, 3), or are nearest to them.
@@ -108,7 +109,7 @@ class Lattice:
         for along, count in zip(local.T, self.shape, strict=True):
             found *= count
             # what is not negative is rounded down
-            found += np.clip(along, 0, count - 1).astype(np.intp)
+            found += np.minimum(np.maximum(along, 0), count - 1).astype(np.intp)
         return found
 
 

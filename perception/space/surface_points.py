@@ -99,7 +99,7 @@ def _find_grid_points_within(
     column = np.clip(column, 0, counts[face, 0])
     crossings = np.bincount(starts[face] + row * counts[face, 0] + column, minlength=total.sum())
     # Every row crosses an even number of times, so that one sum does for all.
-    inside = np.flatnonzero(np.cumsum(crossings) % 2)
+    inside = np.flatnonzero(np.cumsum(crossings) & 1)
     face = np.searchsorted(starts, inside, side="right") - 1
     row, column = np.divmod(inside - starts[face], counts[face, 0])
     # What is on the rim of the grid is on that of the polygon at most.

@@ -179,7 +179,10 @@ def thing_space(
     flat, face = inner_points(surface.faces, SPACING * lattice.cell)
     normals = np.array([f.normal for f in surface.faces]).reshape(-1, 3)
     points = lattice.local(np.concatenate([flat, surface.curved]))
-    facing = np.concatenate([(normals @ lattice.axes.T)[face], surface.normals @ lattice.axes.T])
+    # axis by axis in memory, as `local` gives the points
+    facing = np.concatenate(
+        [np.take(lattice.axes @ normals.T, face, axis=1), lattice.axes @ surface.normals.T], axis=1
+    ).T
     touched = lattice.holding(points)
     if not len(flat):
         touched |= lattice.holding(lattice.local(surface.outer))
@@ -194,7 +197,7 @@ def thing_space(
     # right before surface that was seen from there
     before = np.zeros(lattice.size, dtype=np.bool_)
     numbers = lattice.numbers(points + BESIDE * facing)
-    before[numbers[(numbers >= 0) & facing.any(axis=1)]] = True
+    before[numbers[(numbers >= 0) & _find_facing(facing)]] = True
     passed = count_places_through(lattice, sights, touched) >= places
     free = ~touched & (before.reshape(lattice.shape) | passed)
     blind = _find_empty_rooms(lattice, within & ~touched, surface.outer, sights)
@@ -212,11 +215,17 @@ def thing_space(
     return Space(lattice, cells, closed)
 
 
+def _find_facing(facing: FloatArray) -> NDArray[np.bool_]:
+    """Return which directions (n, 3) are not zero: column by column, rows of three take longer."""
+    x, y, z = facing.T
+    return np.asarray((x != 0.0) | (y != 0.0) | (z != 0.0))
+
+
 def _open_share(lattice: Lattice, within: Cells, points: FloatArray, facing: FloatArray) -> float:
     """Return how much of the surface has free space behind it; boards thinner than a cell have
     none.
     """
-    known = facing.any(axis=1)
+    known = _find_facing(facing)
     if not known.all():
         points, facing = points[known], facing[known]
     if not len(points):

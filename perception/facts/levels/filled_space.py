@@ -1,13 +1,13 @@
 """Measures of the space that things fill, and of the space that they leave."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from facetlog.perception.facts.levels.levels import Bounded, Level, hollow, level_at
-from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.space.grid import CELLS, HARDLY_LARGER, ROUNDING, Grid
@@ -64,10 +64,11 @@ def compute_filled_spaces(
     things: Sequence[Thing],
     members: Sequence[Indices],
     floors: FloatArray,
+    kinds: Collection[str] | None = None,
 ) -> dict[int, FilledSpace]:
     """Return the filled space of each thing (by its index); `edges` (e, 2) are the scene's,
     `members` the vertices of each thing, and `floors` (t,) the heights of the ground beneath,
-    infinite where it is not known.
+    infinite where it is not known. Levels have the measures of some `kinds`, or of all.
     """
     found: dict[int, FilledSpace] = {}
     for index, (thing, vertices) in enumerate(zip(things, members, strict=True)):
@@ -76,7 +77,7 @@ def compute_filled_spaces(
         places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
         outer = _extend_to_floor(table.points[vertices], scene.up, float(floors[index]))
         surface = _surface(scene, table, thing, table.points[edges[list(thing.edges)]], outer)
-        measured = _Measured(scene, surface, places)
+        measured = _Measured(scene, surface, places, kinds)
         filled = measured.lying() if scene.up is None else measured.standing(scene.up)
         if filled is not None:
             found[index] = filled
@@ -95,7 +96,7 @@ def _surface(
         np.concatenate([none, *(patch.points for patch in patches)]),
         np.concatenate([none, *(patch.normals for patch in patches)]),
         lines,
-        _compute_corner_sd(table, own),
+        _compute_corner_sd(table, thing.faces),
         thing.whole,
     )
 
@@ -114,11 +115,11 @@ def _extend_to_floor(points: FloatArray, up: FloatArray | None, floor: float) ->
     return np.concatenate([points, points[None, lowest] + (floor - heights[lowest]) * up])
 
 
-def _compute_corner_sd(table: FaceTable, faces: tuple[FlatFace, ...]) -> float:
+def _compute_corner_sd(table: FaceTable, faces: Sequence[int]) -> float:
     """Return the median sd of the faces' corners, along an axis; 0 without faces."""
-    corners = sorted({i for face in faces for i in face.members})
-    if not corners:
+    if not faces:
         return 0.0
+    corners = np.unique(table.find_member_rows(np.array(faces))[1])
     variances = np.trace(table.covs[corners], axis1=1, axis2=2) / 3.0
     return float(np.sqrt(np.median(variances)))
 
@@ -130,6 +131,7 @@ class _Measured:
     scene: Scene
     surface: ThingSurface
     places: int
+    kinds: Collection[str] | None
 
     def standing(self, up: FloatArray) -> FilledSpace | None:
         filled = self._filled(up, on_ground=True)
@@ -189,7 +191,7 @@ class _Measured:
             height = float(face.middle @ up)
             layer = space.least().layer(height)
             if layer not in known:
-                known[layer] = level_at(space, height)
+                known[layer] = level_at(space, height, self.kinds)
             level = known[layer]
             if level is not None:
                 yield face.index, level

@@ -6,6 +6,7 @@ to the ground. It is measured in cells of the object's space, exact to about one
 where some of it is unseen: as if that were free, and as if it were full.
 """
 
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
@@ -37,6 +38,8 @@ ROOM_DEPTH, ROOM_HEIGHT, ROOM_SHARE = 0.5, 0.5, 0.5
 GROUND_LAYERS = 1
 
 _Plan = NDArray[np.bool_]
+
+_RISE = dict.fromkeys(("rise_side", "rise_off_middle", "rise_span")).keys()
 
 
 class Bounded(NamedTuple):
@@ -113,9 +116,9 @@ class Slab:
         return _project_cells(grid.solid[:, :, begin:])
 
 
-def level_at(space: Space, height: float) -> Level | None:
-    """Return the level at a height (along up, in the scene's frame); None if nothing faces up
-    there.
+def level_at(space: Space, height: float, kinds: Collection[str] | None = None) -> Level | None:
+    """Return the level at a height (along up, in the scene's frame), with the measures of some
+    `kinds` or of all; None if nothing faces up there.
     """
     least, most = space.least(), space.most()
     slab = Slab.at(least, height)
@@ -140,57 +143,75 @@ def level_at(space: Space, height: float) -> Level | None:
             *(Estimate(n * least.cell, rounding) for n in (width, wider))
         ),
     }
-    one, front = _readings(least, plan, slab)
-    other, other_front = (one, front) if most is least else _readings(most, plan, slab)
+    one, front = _readings(least, plan, slab, kinds)
+    other, other_front = (one, front) if most is least else _readings(most, plan, slab, kinds)
     found |= {
         name: Bounded.between(each, other[name]) for name, each in one.items() if name in other
     }
     tall = slab.tall(least)
-    if tall.any():  # unseen space does not rise
-        rise = zip(
-            ("rise_side", "rise_off_middle", "rise_span"), _measure_rise(plan, tall), strict=True
-        )
+    if (kinds is None or not _RISE.isdisjoint(kinds)) and tall.any():  # unseen space does not rise
+        rise = zip(_RISE, _measure_rise(plan, tall), strict=True)
         found |= {name: Bounded.sure(Estimate(each, 2.0 * side)) for name, each in rise}
     return Level(found, front if front == other_front else None)
 
 
-def _readings(grid: Grid, plan: _Plan, slab: Slab) -> tuple[dict[str, Estimate], int | None]:
-    """Return what lies over and under a level, by the names of facts, and the axis of its front."""
-    taken = int(plan.sum())
+def _readings(
+    grid: Grid, plan: _Plan, slab: Slab, kinds: Collection[str] | None
+) -> tuple[dict[str, Estimate], int | None]:
+    """Return what lies over and under a level, by the names of facts of some `kinds` or of all, and
+    the axis of its front.
+    """
     side, depth = _compute_share_sd(plan), ROUNDING / max(slab.layer, 1)
-    built_over = float((_project_cells(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
     below = max(1, int(0.9 * slab.low))
-    across, through = sorted(_measure_see_through(grid, plan, below))
     sides = measure_closed_sides(plan, slab.tall(grid))
     back = find_back(sides)
     extents = _extents(plan)[1]
     rim = ROUNDING / float(np.sqrt(max(extents)))
     # the first two sides lie at the ends of the first axis
     around = np.repeat(extents[::-1], 2)
-    free = ~grid.solid[:, :, : slab.layer + 1][plan]
-    # above the uppermost surface of the level in each column, or, in its gaps, its height
-    own = grid.upper[:, :, slab.low : slab.high][plan]
-    topmost = slab.high - 1 - own[:, ::-1].argmax(axis=1)
-    topmost = np.where(own.any(axis=1), topmost, slab.layer - 1)
-    above = ~grid.solid[plan] & (np.arange(grid.solid.shape[2]) > topmost[:, None])
     rounding, seen_sd = ROUNDING * grid.cell, float(np.hypot(side, depth))
+    makers: dict[str, Callable[[], tuple[float, float]]] = {
+        "built_over": lambda: (_measure_built_over(grid, plan, slab), side),
+        "room_below": lambda: (_room(_find_free(grid, plan, slab)[:, ::-1]) * grid.cell, rounding),
+        "room_width": lambda: (_measure_room_width(grid, plan, below) * grid.cell, 2.0 * rounding),
+        "room_above": lambda: (_room(_find_free_above(grid, plan, slab)) * grid.cell, rounding),
+        "free_below": lambda: (float(_find_free(grid, plan, slab).mean()), seen_sd),
+        "see_through": lambda: (max(_measure_see_through(grid, plan, below)), seen_sd),
+        "see_across": lambda: (min(_measure_see_through(grid, plan, below)), seen_sd),
+        "open_from_two_sides": lambda: (open_from_two_sides(grid, below), seen_sd),
+        "enclosed": lambda: (float(around @ sides / around.sum()), rim),
+        "closed_behind": lambda: (sides[back], rim),
+        "closed_in_front": lambda: (sides[back ^ 1], rim),
+    }
     found = {
-        "built_over": Estimate(built_over, side),
-        "room_below": Estimate(_room(free[:, ::-1]) * grid.cell, rounding),
-        "room_width": Estimate(_measure_room_width(grid, plan, below) * grid.cell, 2.0 * rounding),
-        "room_above": Estimate(_room(above) * grid.cell, rounding),
-        "free_below": Estimate(float(free.mean()), seen_sd),
-        "see_through": Estimate(through, seen_sd),
-        "see_across": Estimate(across, seen_sd),
-        "open_from_two_sides": Estimate(open_from_two_sides(grid, below), seen_sd),
-        "enclosed": Estimate(float(around @ sides / around.sum()), rim),
-        "closed_behind": Estimate(sides[back], rim),
-        "closed_in_front": Estimate(sides[back ^ 1], rim),
+        name: Estimate(*make()) for name, make in makers.items() if kinds is None or name in kinds
     }
     if not sides[back] > sides[back ^ 1]:
         return found, None
     found["side_behind"] = Estimate(float(around[back]) * grid.cell, rounding)
     return found, 1 - back // 2
+
+
+def _measure_built_over(grid: Grid, plan: _Plan, slab: Slab) -> float:
+    """Return the share of a level's plan with something above it."""
+    over = _project_cells(grid.solid[:, :, slab.high :]) & plan
+    return float(over.sum()) / int(plan.sum())
+
+
+def _find_free(grid: Grid, plan: _Plan, slab: Slab) -> _Plan:
+    """Return the free cells (columns, layers) of a level's plan from the ground to its height."""
+    return ~grid.solid[:, :, : slab.layer + 1][plan]
+
+
+def _find_free_above(grid: Grid, plan: _Plan, slab: Slab) -> _Plan:
+    """Return the free cells (columns, layers) above the uppermost surface of the level in each
+    column, or, in its gaps, above its height.
+    """
+    own = grid.upper[:, :, slab.low : slab.high][plan]
+    topmost = slab.high - 1 - own[:, ::-1].argmax(axis=1)
+    topmost = np.where(own.any(axis=1), topmost, slab.layer - 1)
+    above: _Plan = ~grid.solid[plan] & (np.arange(grid.solid.shape[2]) > topmost[:, None])
+    return above
 
 
 def shelves_below(space: Space, height: float) -> tuple[int, int] | None:
@@ -345,7 +366,7 @@ def _measure_room_width(grid: Grid, plan: _Plan, below: int) -> int:
     for across in (low, low.swapaxes(0, 1)):  # each row of cells leads from rim to rim
         depth = max(1, round(ROOM_DEPTH * across.shape[1]))
         for half in (across[:, :depth], across[:, -depth:]):
-            each_layer = half.mean(axis=1) >= ROOM_SHARE
+            each_layer = half.sum(axis=1, dtype=np.int16) >= ROOM_SHARE * half.shape[1]
             widest = max(widest, _find_longest_run(each_layer.all(axis=1)))
     return widest
 

@@ -76,7 +76,7 @@ def _drop_inner(sheets: Sheets, given: Sheets, found: FoundPieces) -> list[int]:
             # a layer on the surface of a piece is part of it
             and (
                 body[number] < 0
-                or is_inside(points.mean(axis=0), given.corners[given.body == body[other]])
+                or is_inside(points.mean(axis=0), given.corners(given.body == body[other]))
             )
             for other in np.flatnonzero(outer).tolist()
         )
@@ -113,7 +113,7 @@ def _find_contacts(
         for a, b in ((one, two), (two, one)):
             corners = hulls[b].points[None]
             if hollow[b] and found.body[order[a]] != found.body[order[b]]:
-                corners = given.corners[given.body == found.body[order[b]]]
+                corners = given.corners(given.body == found.body[order[b]])
             away = corners @ hulls[a].planes[:, :3].T + hulls[a].planes[:, 3]
             gaps.append(away.min(axis=1).max(axis=1).min())
         if max(gaps) <= near[one, two]:

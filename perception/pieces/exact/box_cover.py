@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.pieces.exact.lattice import Lattice
-from facetlog.perception.ragged import Bools, Indices, joined
+from facetlog.perception.ragged import Bools, Indices, joined, unique_rows
 from facetlog.perception.types import FloatArray
 
 # A board is thinner than this share of its width: so wide are the bars of frames and legs.
@@ -73,7 +73,7 @@ def _grow(solid: Bools) -> Indices | None:
             return None
         back = np.argsort((along, across, last))
         found.append(boxes[:, :, back])
-    unique = np.unique(np.concatenate(found).reshape(-1, 6), axis=0)
+    unique = unique_rows(np.concatenate(found).reshape(-1, 6))
     return unique.reshape(-1, 2, 3) if len(unique) <= MOST_BOXES else None
 
 
@@ -106,17 +106,16 @@ def _widen(sums: Indices, boxes: Indices, axis: int) -> Indices:
             full = _count(sums, slab) == np.diff(slab, axis=1)[:, 0].prod(axis=1)
             growing, slab = growing[full], slab[full]
             boxes[growing, end, axis] = slab[:, end, axis]
-        boxes = np.unique(boxes.reshape(-1, 6), axis=0).reshape(-1, 2, 3)
+        boxes = unique_rows(boxes.reshape(-1, 6)).reshape(-1, 2, 3)
     return boxes
 
 
 def _count(sums: NDArray[Any], boxes: Indices) -> NDArray[Any]:
     """Return how much there is in boxes (n, 2, 3) of cells, by sums before each place."""
-    total = np.zeros(len(boxes), dtype=sums.dtype)
-    for corner in np.ndindex(2, 2, 2):
-        x, y, z = (boxes[:, corner[axis], axis] for axis in range(3))
-        total += (-1) ** (3 - sum(corner)) * sums[x, y, z]
-    return total
+    (x, y, z), (x2, y2, z2) = np.moveaxis(boxes, 0, 2)
+    upper = sums[x2, y2, z2] - sums[x, y2, z2] - sums[x2, y, z2] + sums[x, y, z2]
+    lower = sums[x2, y2, z] - sums[x, y2, z] - sums[x2, y, z] + sums[x, y, z]
+    return np.asarray(upper - lower)
 
 
 def _slices(box: Indices) -> tuple[slice, ...]:

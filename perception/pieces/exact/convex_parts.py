@@ -14,7 +14,7 @@ from facetlog.perception.pieces.exact.regions import Regions
 from facetlog.perception.pieces.exact.sheets import Sheets
 from facetlog.perception.pieces.exact.wind_bodies import is_inside, run_along
 from facetlog.perception.pieces.pieces import find_least_box
-from facetlog.perception.ragged import Bools, Indices, iter_groups, joined
+from facetlog.perception.ragged import Bools, Indices, iter_groups, joined, unique_rows
 from facetlog.perception.types import FloatArray
 
 # Share of its hull that a part fills: facets, dents and turned legs take some per cent.
@@ -55,8 +55,9 @@ class Hull:
 
     def contains(self, points: FloatArray, slack: float) -> Bools:
         """Return which points (k, 3) lie in the hull, or no farther off than the slack."""
-        near: Bools = np.asarray((points >= self.points.min(axis=0) - slack).all(axis=1))
-        near &= (points <= self.points.max(axis=0) + slack).all(axis=1)
+        near: Bools = np.ones(len(points), dtype=np.bool_)
+        for along, own in zip(points.T, self.points.T, strict=True):
+            near &= (along >= own.min() - slack) & (along <= own.max() + slack)
         heights = points[near] @ self.planes[:, :3].T + self.planes[:, 3]
         near[near] = heights.max(axis=1) <= slack
         return near
@@ -98,7 +99,7 @@ def find_hull(points: FloatArray) -> Hull | None:
         hull = ConvexHull(points - middle)
     except QhullError:
         return None
-    planes = np.unique(np.round(hull.equations, 12), axis=0)
+    planes = unique_rows(np.round(hull.equations, 12))
     planes[:, 3] -= planes[:, :3] @ middle
     return Hull(points[hull.vertices], planes, float(hull.volume), float(hull.area))
 
@@ -137,7 +138,7 @@ def find_convex_groups(
 def is_turned(sheets: Sheets, rows: Indices, hull: Hull) -> bool:
     """Return whether triangles are what a lathe makes: round about one axis, hollow or not."""
     normals, areas = sheets.normals[rows], sheets.areas[rows]
-    middles = sheets.corners[rows].mean(axis=1)
+    middles = sheets.corners(rows).mean(axis=1)
     away = middles - np.average(middles, axis=0, weights=areas)
     for axis in np.linalg.eigh((normals * areas[:, None]).T @ normals)[1].T:
         about = cross(np.broadcast_to(axis, away.shape), away)
@@ -156,7 +157,6 @@ def find_flush_bars(sheets: Sheets, regions: Regions, rows: Indices) -> list[Con
     number[rows] = np.arange(len(rows))
     smooth = (number[sheets.pairs] >= 0).all(axis=1) & ~regions.concave
     _, label = joined(len(rows), number[sheets.pairs[smooth]])
-    body = sheets.corners[sheets.body == sheets.body[rows[0]]] if len(rows) else sheets.corners
     found = []
     for local in iter_groups(label):
         own = rows[local]
@@ -164,6 +164,7 @@ def find_flush_bars(sheets: Sheets, regions: Regions, rows: Indices) -> list[Con
         if hull is None:
             continue
         middle = hull.points.mean(axis=0)
+        body = sheets.corners(sheets.body == sheets.body[own[0]])
         if all(is_inside(spot, body) for spot in middle + 0.9 * (hull.points - middle)):
             found.append(ConvexPart(own, hull, hull.volume))
     return found
@@ -176,16 +177,14 @@ def _complete_bar(sheets: Sheets, rows: Indices) -> Hull | None:
     if np.abs(normals @ axis).max() > np.sin(COAXIAL):
         return None
     across = make_plane_axes(axis[None], np.eye(3)[[np.abs(axis).argmin()]])[0]
-    corners = sheets.corners[rows].reshape(-1, 3)
-    flat, along = corners @ across.T, corners @ axis
+    corners = sheets.corners(rows)
+    flat, along = (corners @ across.T).reshape(-1, 2), corners @ axis
     # x² + y² = 2 (x, y) · centre + r² - centre²
     system = np.column_stack([2.0 * flat, np.ones(len(flat))])
     *centre, rest = np.linalg.lstsq(system, (flat**2).sum(axis=1), rcond=None)[0]
     radius = float(np.sqrt(max(rest + np.dot(centre, centre), 0.0)))
     off = np.linalg.norm(flat - centre, axis=1)
-    outwards = ((sheets.corners[rows].mean(axis=1) @ across.T - centre) * (normals @ across.T)).sum(
-        axis=1
-    )
+    outwards = ((corners.mean(axis=1) @ across.T - centre) * (normals @ across.T)).sum(axis=1)
     height = float(np.ptp(along))
     seen = float(areas.sum()) > SEEN_ROUND * 2.0 * np.pi * radius * height
     if not seen or (outwards <= 0.0).any() or np.abs(off - radius).max() > OFF_ROUND * radius:
@@ -200,7 +199,7 @@ def _measure_volume(sheets: Sheets, rows: Indices, of: Indices, edges: Indices) 
     """Return the volume of triangles whose open edges (k, 2), of the triangles (k,), are closed by
     a fan from the middle of each loop.
     """
-    corners = sheets.corners[rows]
+    corners = sheets.corners(rows)
     middle = corners.mean(axis=(0, 1))
     parts = [corners]
     if len(edges):
@@ -234,7 +233,7 @@ def join_through(
     volumes = np.array([piece.volume for piece in pieces])
     longest = np.where(volumes[:, None] >= volumes, along[..., 0], along[..., 0].T)
     near = along.any(axis=2) & along.any(axis=2).T & longest
-    corners = sheets.corners[rows]
+    corners = sheets.corners(rows)
     pairs = [
         (one, two)
         for one, two in np.argwhere(np.triu(near, 1)).tolist()

@@ -126,7 +126,7 @@ class _BodyCut:
         """Return the box (2, 3) round the triangles that are on no piece, of all if there are
         none.
         """
-        corners = self.sheets.corners[self.rows]
+        corners = self.sheets.corners(self.rows)
         free = np.ones(len(corners), dtype=np.bool_)
         for hull in self.hulls if self.explained else ():
             free &= ~hull.contains(corners.mean(axis=1), PLANE_SLACK * self.sheets.slack)
@@ -183,7 +183,7 @@ class _BodyCut:
         """
         sheets, rows = self.sheets, self.rows
         slack = PLANE_SLACK * sheets.slack
-        corners = sheets.corners[rows] @ frame.T
+        corners = sheets.corners(rows) @ frame.T
         places = self._find_places(level, frame, along, corners)
         lattice = make_lattice(frame, places, corners, corners[~level], slack)
         if lattice is None:

@@ -17,7 +17,14 @@ from facetlog.perception.pieces.exact.cap_sheets import cap_loop
 from facetlog.perception.pieces.exact.regions import PLANE_SLACK, Regions
 from facetlog.perception.pieces.exact.sheets import Sheets, measure_triangles
 from facetlog.perception.pieces.exact.wind_bodies import run_along
-from facetlog.perception.ragged import Bools, Indices, iter_groups, joined, sum_by_group
+from facetlog.perception.ragged import (
+    Bools,
+    Indices,
+    iter_groups,
+    joined,
+    sum_by_group,
+    unique_rows,
+)
 from facetlog.perception.types import FloatArray
 
 # A loop is round if its isoperimetric quotient 4 π A / P² is larger: .948 is that of an octagon.
@@ -66,7 +73,7 @@ def _find_borders(sheets: Sheets, regions: Regions) -> _Border | None:
     used, ends = np.unique(node, return_inverse=True)
     ends = ends.reshape(-1, 2)
     loop = joined(len(used), ends)[1][ends[:, 0]]
-    loops = np.unique(np.column_stack([region, loop]), axis=0)[:, 0]
+    loops = unique_rows(np.column_stack([region, loop]))[:, 0]
     chosen = np.bincount(loops, minlength=len(regions.areas))[region] > 1
     if not chosen.any():
         return None

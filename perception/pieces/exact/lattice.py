@@ -169,11 +169,12 @@ def _find_mixed(
     meets = np.ones(len(owner), dtype=np.bool_)
     lengths = np.linalg.norm(sides, axis=2)
     for k, along in np.ndindex(3, 3):
-        axis = cross(sides[:, k], np.eye(3)[along])
-        # a side along an axis of the frame separates nothing
-        known = np.linalg.norm(axis, axis=1) > PARALLEL * lengths[:, k]
-        places_along = (away * axis[:, None]).sum(axis=2)
-        reach = (half * np.abs(axis)).sum(axis=1)
+        # the side × an axis of the frame has two components; along that axis it separates nothing
+        a, b = (along + 1) % 3, (along + 2) % 3
+        one, two = sides[:, k, b], -sides[:, k, a]
+        known = np.hypot(one, two) > PARALLEL * lengths[:, k]
+        places_along = away[:, :, a] * one[:, None] + away[:, :, b] * two[:, None]
+        reach = half[:, a] * np.abs(one) + half[:, b] * np.abs(two)
         apart = (places_along.min(axis=1) >= reach) | (places_along.max(axis=1) <= -reach)
         meets &= ~known | ~apart
     own = cell[meets]

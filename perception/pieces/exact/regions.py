@@ -50,7 +50,7 @@ class Regions:
 def find_regions(sheets: Sheets) -> Regions:
     """Return the regions of closed sheets."""
     one, two = sheets.pairs.T
-    normals, corners = sheets.normals, sheets.corners
+    normals, corners = sheets.normals, sheets.points[sheets.triangles]
     both = cross(normals[one], normals[two])
     turn = np.degrees(
         np.arctan2(np.linalg.norm(both, axis=1), (normals[one] * normals[two]).sum(axis=1))
@@ -91,7 +91,7 @@ def _fit_planes(sheets: Sheets, label: Indices, count: int) -> tuple[FloatArray,
     """Return the unit normal and the offset of each region, weighed by area."""
     normals = sum_by_group(label, sheets.normals * sheets.areas[:, None], count)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    middles = sheets.corners.mean(axis=1)
+    middles = sheets.points[sheets.triangles].mean(axis=1)
     heights = (middles * normals[label]).sum(axis=1)
     areas = sum_by_group(label, sheets.areas, count)
     return normals, sum_by_group(label, heights * sheets.areas, count) / areas

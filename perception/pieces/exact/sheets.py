@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
+from facetlog.perception.batch_linalg import dots
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.pieces.exact.cap_sheets import find_caps
 from facetlog.perception.pieces.exact.wind_bodies import (
@@ -18,7 +19,15 @@ from facetlog.perception.pieces.exact.wind_bodies import (
     pair_half_edges,
     wind_triangles,
 )
-from facetlog.perception.ragged import Bools, Indices, iter_groups, joined, sum_by_group
+from facetlog.perception.ragged import (
+    Bools,
+    Indices,
+    find_distinct,
+    iter_groups,
+    joined,
+    number_rows,
+    sum_by_group,
+)
 from facetlog.perception.types import FloatArray
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
@@ -76,10 +85,9 @@ class Sheets:
     loose: list[OpenSheet]
     surface: float
 
-    @property
-    def corners(self) -> FloatArray:
-        """Corners of the triangles, (m, 3, 3)."""
-        return self.points[self.triangles]
+    def corners(self, rows: Indices | Bools) -> FloatArray:
+        """Return the corners (m, 3, 3) of some of the triangles."""
+        return self.points[self.triangles[rows]]
 
 
 def close_sheets(
@@ -259,11 +267,11 @@ def _weld(points: FloatArray, triangles: Indices, slack: float) -> tuple[FloatAr
     used, place = np.unique(triangles, return_inverse=True)
     points = points[used]
     # equal ones first, for speed: neighbours are searched among what is left
-    _, first, same = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)
+    first, same = find_distinct(number_rows(points))
     near = cKDTree(points[first]).query_pairs(slack, output_type="ndarray")
     label = joined(len(first), near)[1]
     _, kept = np.unique(label, return_index=True)
-    return points[first[kept]], label[same.ravel()][place.reshape(triangles.shape)]
+    return points[first[kept]], label[same][place.reshape(triangles.shape)]
 
 
 def measure_triangles(points: FloatArray, triangles: Indices) -> tuple[FloatArray, FloatArray]:
@@ -325,9 +333,9 @@ def _drop_doubles(points: FloatArray, triangles: Indices) -> Indices:
     low = triangles.argmin(axis=1)
     rows = np.arange(len(triangles))
     turned = np.stack([triangles[rows, (low + k) % 3] for k in range(3)], axis=1)
-    kept = np.sort(np.unique(turned, axis=0, return_index=True)[1])
-    unwound = np.sort(triangles[kept], axis=1)
-    _, first, uses = np.unique(unwound, axis=0, return_index=True, return_counts=True)
+    kept = np.sort(find_distinct(number_rows(turned))[0])
+    unwound = number_rows(np.sort(triangles[kept], axis=1))
+    _, first, uses = np.unique(unwound, return_index=True, return_counts=True)
     area = measure_triangles(points, triangles[kept])[1]
     both = float(area[first[uses == 2]].sum()) * 2.0
     return kept[np.sort(first)] if both > 0.5 * area.sum() else kept
@@ -377,14 +385,17 @@ def _find_junctions(
     along = points[ends[1]] - start
     length = np.linalg.norm(along, axis=1)
     along /= length[:, None]
+    where = points[spots]
     found: dict[int, list[int]] = {}
     chunk = max(1, 1_000_000 // len(spots))
     for first in range(0, len(start), chunk):
         part = slice(first, first + chunk)
-        away = points[spots][None] - start[part, None]
-        place = np.einsum("esi,ei->es", away, along[part])
-        off = np.linalg.norm(away - place[..., None] * along[part, None], axis=2)
-        inside = (place > slack) & (place < length[part, None] - slack) & (off <= 4.0 * slack)
+        place = along[part] @ where.T - dots(start[part], along[part])[:, None]
+        # |s - e|² = (along the edge)² + (off it)²
+        away = dots(where, where) + dots(start[part], start[part])[:, None]
+        away -= 2.0 * (start[part] @ where.T)
+        inside = (place > slack) & (place < length[part, None] - slack)
+        inside &= away - place * place <= (4.0 * slack) ** 2
         for edge in np.flatnonzero(inside.any(axis=1)).tolist():
             own = np.flatnonzero(inside[edge])
             order = own[np.argsort(place[edge, own], kind="stable")]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from facetlog.perception.ragged import unique_rows
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.neighbourhoods import (
     CURVED,
@@ -249,23 +250,28 @@ def _joined(points: FloatArray, owner: NDArray[np.intp], near: Neighbourhoods) -
     second = owner[near.neighbours].ravel()
     touch = (first >= 0) & (second >= 0) & (first != second)
     pairs = np.sort(np.column_stack([first[touch], second[touch]]), axis=1)
-    pairs = np.unique(pairs, axis=0)
+    pairs = unique_rows(pairs)
     sums = [_Moments.of(points[rows]) for rows in _members(owner, count)]
     name = np.arange(count)
+    apart: set[tuple[int, int]] = set()  # pairs that need no other look
     while len(pairs):
         joint = None
         for one, two in pairs.tolist():
+            if (one, two) in apart:
+                continue
             joint = sums[one] + sums[two]
-            apart = sums[one].square + sums[two].square
-            least = max(apart, joint.count * near.noise**2)
+            separate = sums[one].square + sums[two].square
+            least = max(separate, joint.count * near.noise**2)
             if joint.square <= SAME_PLANE**2 * least:
                 break
+            apart.add((one, two))
         else:
             break
         sums[one] = joint
         name[name == two] = one
+        apart = {pair for pair in apart if one not in pair and two not in pair}
         pairs = np.where(pairs == two, one, pairs)
-        pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+        pairs = unique_rows(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1))
     return np.append(name, -1)[owner]
 
 

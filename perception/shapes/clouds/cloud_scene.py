@@ -8,6 +8,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
+from facetlog.perception.ragged import find_distinct, iter_groups, number_rows, unique_rows
 from facetlog.perception.reading.shape_files.clouds.point_cloud import LEAST_POINTS, Cloud
 from facetlog.perception.scene import Plane, Scene, SightLines
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
@@ -334,11 +335,10 @@ def make_scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
     if not known.any():
         return ()
     points = cloud.points[known]
-    places, of_place = np.unique(cloud.seen_from[known], axis=0, return_inverse=True)
-    order = np.argsort(of_place.ravel(), kind="stable")
-    starts = np.searchsorted(of_place.ravel()[order], np.arange(1, len(places)))
+    seen_from = cloud.seen_from[known]
     found = []
-    for place, rows in zip(places, np.split(order, starts), strict=True):
+    for rows in iter_groups(number_rows(seen_from)):
+        place = seen_from[rows[0]]
         seen = points[rows]
         rays = seen - place
         away = np.linalg.norm(rays, axis=1)
@@ -346,8 +346,8 @@ def make_scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
         seen, rays, away = seen[ahead], rays[ahead], away[ahead]
         nearest_first = np.argsort(away, kind="stable")
         ways = rays / away[:, None]
-        direction = np.rint(_count_per_radian(ways) * ways)[nearest_first]
-        _, first = np.unique(direction, axis=0, return_index=True)
+        direction = np.rint(_count_per_radian(ways) * ways).astype(np.int64)[nearest_first]
+        first = find_distinct(number_rows(direction))[0]
         if len(first):
             found.append(SightLines(place, seen[nearest_first[np.sort(first)]]))
     return tuple(found)
@@ -444,7 +444,7 @@ def make_cloud_scene(cloud: Cloud, *, up: ArrayLike | None = None, metric: bool 
     sides = find_outer_sides(planes, body_of, about, around=around, up=direction)
     if sides.is_place_wrong and view.seen_from is not None:
         known = np.isfinite(view.seen_from).all(axis=1)
-        view = View(None, refused=tuple(np.unique(view.seen_from[known], axis=0)))
+        view = View(None, refused=tuple(unique_rows(view.seen_from[known])))
     unsigned = (
         FlatRegion(plane, outline.outline, outline.holes, outline.corner_sd, body, sd)
         for outline, plane, body, sd in zip(outlines, planes, body_of, noise.tolist(), strict=True)

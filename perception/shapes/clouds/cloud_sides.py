@@ -16,6 +16,7 @@ from scipy.signal import find_peaks
 from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.ragged import unique_rows
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.lines_of_sight import CELL_SPACINGS, OFF_PLANE_SDS
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
@@ -324,7 +325,7 @@ def _is_room(body: int, about: Surroundings) -> bool:
     if about.seen_from is None:
         return False
     known = about.seen_from[np.isfinite(about.seen_from).all(axis=1)]
-    within = find_within(np.unique(known, axis=0))
+    within = find_within(unique_rows(known))
     return any(not is_empty_shell(own, about.points, place) for place in within)
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import make_plane_axes
+from facetlog.perception.ragged import find_distinct, iter_groups, number_rows, unique_rows
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline
@@ -65,7 +66,7 @@ def find_things_round_sensor(
     if seen_from is None:
         return ()
     known = np.isfinite(seen_from).all(axis=1)
-    places = np.unique(seen_from[known], axis=0)
+    places = unique_rows(seen_from[known])
     if len(places) > MOST_PLACES:
         return ()
     found = []
@@ -223,22 +224,27 @@ class SightTest:
         sign = 1.0 if float(floor.normal @ self.level.direction) > 0.0 else -1.0
         return sign * float(floor.distance(place)) > 0.0
 
-    def find_hidden(self, points: FloatArray, places: FloatArray) -> NDArray[np.bool_]:
-        """Return whether each of points (n, 3) is behind a face as seen from its place, (3,) or (n,
-        3).
-        """
+    def find_hidden(self, points: FloatArray, place: FloatArray) -> NDArray[np.bool_]:
+        """Return whether each of points (n, 3) is behind a face as seen from a place (3,)."""
         hidden = np.zeros(len(points), dtype=bool)
         for sheet in self.sheets:
-            if sheet.covered.is_empty:
+            ahead = float(sheet.plane.distance(place))
+            if sheet.covered.is_empty or not ahead:
                 continue
-            ahead = np.broadcast_to(sheet.plane.distance(places), len(points))
-            behind = sheet.plane.distance(points)
-            met = np.flatnonzero(~hidden & (ahead * behind < 0.0) & (np.abs(behind) > self._margin))
-            from_place = np.broadcast_to(places, points.shape)[met]
-            share = ahead[met] / (ahead[met] - behind[met])
-            crossing = from_place + share[:, None] * (points[met] - from_place)
-            x, y = (crossing @ sheet.axes.T).T
-            hidden[met[shapely.contains_xy(sheet.covered, x, y)]] = True
+            behind = np.copysign(1.0, ahead) * sheet.plane.distance(points)
+            met = np.flatnonzero((behind < -self._margin) & ~hidden)
+            share = abs(ahead) / (abs(ahead) - behind[met])
+            # where the line of sight crosses the plane, axis by axis
+            spots = [
+                start + share * ((points @ axis)[met] - start)
+                for axis, start in zip(sheet.axes, sheet.axes @ place, strict=True)
+            ]
+            inside = np.ones(len(met), dtype=bool)
+            bounds = np.reshape(sheet.covered.bounds, (2, 2))
+            for spot, low, high in zip(spots, *bounds, strict=True):
+                inside &= (spot >= low) & (spot <= high)
+            x, y = (spot[inside] for spot in spots)
+            hidden[met[inside][shapely.contains_xy(sheet.covered, x, y)]] = True
         return hidden
 
 
@@ -290,16 +296,29 @@ def _check_stated(
     is_sure: bool,
 ) -> View:
     known = np.isfinite(seen_from).all(axis=1)
-    places, of_place = np.unique(seen_from[known], axis=0, return_inverse=True)
+    first, of_place = find_distinct(number_rows(seen_from[known]))
+    places = seen_from[known][first]
     if not 0 < len(places) <= MOST_PLACES:
         return View(seen_from)
     refused = [not (is_sure or test.is_possible(place)) for place in places]
     kept = seen_from.copy()
-    kept[np.flatnonzero(known)[np.isin(of_place.ravel(), np.flatnonzero(refused))]] = np.nan
-    partly = _find_partly_seen(test.find_hidden(points[looked], kept[looked]), bodies)
+    kept[np.flatnonzero(known)[np.isin(of_place, np.flatnonzero(refused))]] = np.nan
+    partly = _find_partly_seen(_find_all_hidden(test, points[looked], kept[looked]), bodies)
     if partly:
-        kept[test.find_hidden(points, kept)] = np.nan
+        kept[_find_all_hidden(test, points, kept)] = np.nan
     return View(kept, () if is_sure else partly, tuple(places[refused]))
+
+
+def _find_all_hidden(
+    test: SightTest, points: FloatArray, seen_from: FloatArray
+) -> NDArray[np.bool_]:
+    """Return whether each of points (n, 3) is behind a face as seen from its place (n, 3)."""
+    hidden = np.zeros(len(points), dtype=bool)
+    known = np.flatnonzero(np.isfinite(seen_from).all(axis=1))
+    for rows in iter_groups(number_rows(seen_from[known])):
+        own = known[rows]
+        hidden[own] = test.find_hidden(points[own], seen_from[own[0]])
+    return hidden
 
 
 def _find_partly_seen(hidden: NDArray[np.bool_], bodies: NDArray[np.intp]) -> tuple[int, ...]:

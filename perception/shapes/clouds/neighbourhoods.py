@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from facetlog.perception.ragged import unique_rows
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
@@ -355,7 +356,7 @@ def _touching(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp
     first, second = np.repeat(labels, near.links.shape[1]), labels[near.links].ravel()
     joined = (first >= 0) & (second >= 0) & (first != second)
     pairs = np.sort(np.column_stack([first[joined], second[joined]]), axis=1)
-    return np.unique(pairs, axis=0)
+    return unique_rows(pairs)
 
 
 def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:

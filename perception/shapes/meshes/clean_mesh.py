@@ -16,13 +16,14 @@ from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.ragged import Indices, joined, sum_by_group
+from facetlog.perception.ragged import Indices, find_distinct, joined, number_rows, sum_by_group
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
-from facetlog.perception.shapes.regions.surface_samples import MOST_CELLS, number_cells
 from facetlog.perception.types import FloatArray
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
 RESOLUTION = 1e-6
+# Cells a side that whole numbers tell apart: three of these are one of 60 bits.
+MOST_CELLS = 1 << 20
 # No corner is moved further than this share of the longest side of a triangle that it is of.
 SIDE_SHARE = 1e-3
 # Nothing is said of less than this share of the surface: a face of so much is a speck
@@ -215,10 +216,10 @@ def _group_within(points: FloatArray, slack: float) -> Indices:
     """
     extent = float(np.ptp(points, axis=0).max())
     if extent < MOST_CELLS * slack:
-        key = number_cells(points, points.min(axis=0), slack)
+        key = number_rows(((points - points.min(axis=0)) / slack).astype(np.int64))
     else:
-        key = np.ascontiguousarray(points + 0.0).view("V24").ravel()
-    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+        key = number_rows(points)
+    first, place = find_distinct(key)
     # neighbours that fell into two cells
     near = cKDTree(points[first], balanced_tree=False, compact_nodes=False).query_pairs(
         slack, output_type="ndarray"
@@ -234,11 +235,7 @@ def _find_first_of_doubles(triangles: Indices) -> Indices:
     a, b, c = triangles.T
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     middle = a + b + c - low - high
-    count = int(high.max()) + 1
-    # two steps, because three numbers together may not fit into 64 bits
-    _, pair = np.unique(low * count + middle, return_inverse=True)
-    _, first = np.unique(pair * count + high, return_index=True)
-    return np.sort(first).astype(np.int64)
+    return np.sort(find_distinct(number_rows(np.array([low, middle, high]).T))[0])
 
 
 def _wind_surface(
@@ -253,16 +250,17 @@ def _wind_surface(
     starts, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     forward = starts < ends
     key = np.where(forward, starts * len(points) + ends, ends * len(points) + starts)
-    order = np.argsort(key, kind="stable")
-    _, first, uses = np.unique(key[order], return_index=True, return_counts=True)
-    twice = first[uses == 2]
-    one, two = order[twice], order[twice + 1]
+    first, edge = find_distinct(key)
+    uses = np.bincount(edge)
+    last = np.empty(len(first), dtype=np.int64)
+    last[edge] = np.arange(len(edge))
+    one, two = first[uses == 2], last[uses == 2]
     links = np.column_stack([one // 3, two // 3])
     alike = forward[one] != forward[two]
     sheets, flip = _turns(m, links, alike)
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
     normals = np.where(flip[:, None], -normals, normals)
-    closed = _closed(sheets, key)
+    closed = _closed(sheets, edge)
     # 6 V = Σ a · (b × c), about the middle of each sheet
     count = len(closed)
     low, high = find_boxes_round(points[triangles], sheets, count)
@@ -310,14 +308,11 @@ def _turns(m: int, links: Indices, alike: NDArray[np.bool_]) -> tuple[Indices, N
     return sheets, (asis < turned) | tie if count else np.zeros(m, dtype=bool)
 
 
-def _closed(sheets: Indices, key: Indices) -> NDArray[np.bool_]:
-    """Return which sheets have every edge an even number of times; `key` (3 m,) numbers the
-    edges.
-    """
-    owner = np.repeat(sheets, 3)
-    edges = np.unique(key, return_inverse=True)[1]
-    own, uses = np.unique(edges * (int(sheets.max()) + 1) + owner, return_counts=True)
-    odd = own[uses % 2 == 1] % (int(sheets.max()) + 1)
-    closed = np.ones(int(sheets.max()) + 1, dtype=bool)
-    closed[odd] = False
+def _closed(sheets: Indices, edges: Indices) -> NDArray[np.bool_]:
+    """Return which sheets have every edge an even number of times; `edges` (3 m,) numbers them."""
+    count = int(sheets.max()) + 1
+    first, place = find_distinct(edges * count + np.repeat(sheets, 3))
+    odd = first[np.bincount(place) % 2 == 1]
+    closed = np.ones(count, dtype=bool)
+    closed[sheets[odd // 3]] = False
     return closed

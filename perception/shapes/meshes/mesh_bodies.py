@@ -237,7 +237,7 @@ class Solids:
         sizes = np.zeros(int(bodies.max()) + 1)
         sizes[bodies] = measure_part_sizes(surface.corners, bodies)
         groups = tuple(rows[own] for own in iter_groups(surface.sheets[rows]))
-        corners = [surface.corners[own].reshape(-1, 3) for own in groups]
+        corners = [surface.points[surface.triangles[own].ravel()] for own in groups]
         first = np.array([own[0] for own in groups], dtype=np.intp)
         return cls(
             surface,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import make_plane_axes
-from facetlog.perception.ragged import iter_groups, joined, sum_by_group
+from facetlog.perception.ragged import iter_groups, joined, sum_by_group, unique_rows
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_regions import LargePlane, iter_planes
@@ -364,7 +364,7 @@ def _is_floor(
 def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
     """Return the area that points (n, 2) cover of a floor from `low` to `high` (2,)."""
     cell = float((high - low).min()) / CELLS
-    return len(np.unique(np.floor((plan - low) / cell).astype(np.int64), axis=0)) * cell**2
+    return len(unique_rows(np.floor((plan - low) / cell).astype(np.int64))) * cell**2
 
 
 def _find_level_sheets(

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
+from facetlog.perception.batch_linalg import dots
 from facetlog.perception.pieces.body_solids import add_solids
 from facetlog.perception.pieces.exact.find_pieces import find_solid_pieces
 from facetlog.perception.ragged import Indices, iter_groups, sum_by_group
@@ -110,8 +111,9 @@ def find_sides(
                 near = sample_triangles(corners, SPACING_SHARE * extent)
             else:
                 near, extent = samples, surface.size
-            sights = _sights(near, surface.normals[own], local, len(names), extent)
-            front[names], back[names] = sights
+            front[names], back[names] = _sights(
+                near, surface.normals[own], local, trusted[names], extent
+            )
     unseen = (front < LEAST_SIGHT) & (trusted | (back < LEAST_SIGHT))
     turned = ~trusted & (back > front)
     sheets = ~trusted & ~unseen & (np.minimum(front, back) >= SHEET_SHARE * np.maximum(front, back))
@@ -119,27 +121,35 @@ def find_sides(
 
 
 def _sights(
-    samples: Samples, normals: FloatArray, pieces: Indices, count: int, extent: float
+    samples: Samples,
+    normals: FloatArray,
+    pieces: Indices,
+    trusted: NDArray[np.bool_],
+    extent: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return share of free directions (p,) in front of and behind each piece; `extent` is the
-    diagonal.
+    """Return share of free directions (p,) in front of and behind each piece, 0 behind those that
+    are `trusted` (p,); `extent` is the diagonal.
 
     Of the triangles that the samples lie on, `normals` (m, 3) and `pieces` (m,).
     """
+    count = len(trusted)
     cube = extent / CUBES
     free = FreeWays.of(samples.points, cube, margin=STAND_OFF)
     owner = pieces[samples.triangles]
     kept, _, areas = thinned(samples.points, samples.areas, owner, cube / SAMPLES_PER_CUBE)
     points, owner = samples.points[kept], owner[kept]
     normals = normals[samples.triangles[kept]]
-    tree = cKDTree(points)
+    tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     votes = _choose_some_of_each(owner, count)
     sights = []
     for sign in (1.0, -1.0):
+        if sign < 0.0:
+            votes = votes[~trusted[owner[votes]]]
         ahead = sign * normals[votes]
         seen = free.share(points[votes] + STAND_OFF * cube * ahead, ahead)
-        blocked = _find_faced(tree, points, normals, owner, votes, ahead, cube)
-        seen = np.where(blocked, 0.0, seen)
+        open_ = np.flatnonzero(seen)
+        blocked = _find_faced(tree, points, normals, owner, votes[open_], ahead[open_], cube)
+        seen[open_[blocked]] = 0.0
         weight = sum_by_group(owner[votes], areas[votes], count)
         total = sum_by_group(owner[votes], areas[votes] * seen, count)
         sights.append(total / np.maximum(weight, 1e-300))
@@ -175,14 +185,17 @@ def _find_faced(
     step = cube / SAMPLES_PER_CUBE
     reach = REACH * step
     for nth in range(1, int(np.ceil(STAND_OFF * SAMPLES_PER_CUBE)) + 1):
-        where = points[votes] + nth * step * ahead
-        gaps, found = tree.query(where, k=NEIGHBOURS, distance_upper_bound=reach)
-        known = np.isfinite(gaps)
-        found = np.where(known, found, 0)
-        before = ((points[found] - points[votes][:, None]) * ahead[:, None]).sum(axis=2)
-        facing = np.abs((normals[found] * ahead[:, None]).sum(axis=2)) > FACING
-        other = owner[found] != owner[votes][:, None]
-        blocked |= (known & facing & other & (before > 0.0)).any(axis=1)
+        left = np.flatnonzero(~blocked)
+        own, way = points[votes[left]], ahead[left]
+        places = own + nth * step * way
+        gaps, near = tree.query(places, k=NEIGHBOURS, distance_upper_bound=reach)
+        row, column = np.nonzero(np.isfinite(gaps))
+        found = np.asarray(near)[row, column]
+        other = owner[found] != owner[votes[left[row]]]
+        row, found = row[other], found[other]
+        before = dots(points[found] - own[row], way[row])
+        facing = np.abs(dots(normals[found], way[row])) > FACING
+        blocked[left[row[facing & (before > 0.0)]]] = True
     return blocked
 
 
@@ -235,13 +248,15 @@ MOST_LONE = 0.5
 REFERENCE = np.array([0.5377, 0.6172, 0.5743])
 
 
-def make_mesh_scene(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
+def make_mesh_scene(
+    mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False, solid_parts: bool = True
+) -> Scene:
     """Return the scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the
     metre.
 
     `up` is taken from the mesh where it is not given; where it is known, the floor that things
-    stand on, and in metres the room round them, are of no object. Raise InputError for a mesh
-    without area, and for one in too many pieces.
+    stand on, and in metres the room round them, are of no object. Without `solid_parts` these
+    are not looked for. Raise InputError for a mesh without area, and for one in too many pieces.
     """
     surface = drop_loose_strips(clean_mesh(mesh))
     samples = _samples(surface)
@@ -292,7 +307,7 @@ def make_mesh_scene(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = F
         whole=connected,
         warnings=(*mesh.warnings, *surface.warnings, *said),
     )
-    if not connected:
+    if not connected or not solid_parts:
         return scene
     cut = find_solid_pieces(mesh.vertices, mesh.triangles, step=mesh.step, up=scene.up)
     return add_solids(scene, cut)

@@ -19,6 +19,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import make_plane_axes
 from facetlog.perception.polygons import find_union
+from facetlog.perception.ragged import unique_rows
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.regions.point_bodies import (
     LEAST_POINTS,
@@ -86,7 +87,7 @@ def _kind(thing: FloatArray, spacing: float) -> str:
         return "tall"
     cell = max(CELL_SPACINGS * spacing, length / MOST_CELLS)
     places = np.floor((plan - plan.min(axis=0)) / cell).astype(np.int64)
-    covered = len(np.unique(places, axis=0)) * cell**2
+    covered = len(unique_rows(places)) * cell**2
     if covered < COVERED_SHARE * float(hull.volume):  # of two dimensions: the area
         return ""
     # one cell wider all round, or where points are few a wall's lower edge falls into feet

@@ -8,6 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from facetlog.perception.ragged import find_distinct, number_rows
 from facetlog.perception.types import FloatArray
 
 # Points at random on one surface are within so many spacings of the next: the chance is e^-28.
@@ -64,8 +65,7 @@ def _linked(points: FloatArray, owner: NDArray[np.intp], reach: float) -> NDArra
     joins.
     """
     cells = np.floor((points - points.min(axis=0)) / (CELL_SHARE * reach)).astype(np.int64)
-    first, cell_of = np.unique(cells, axis=0, return_index=True, return_inverse=True)[1:]
-    cell_of = cell_of.ravel()
+    first, cell_of = find_distinct(number_rows(cells))
     pairs = KDTree(points[first]).query_pairs(reach * (1.0 + CELL_SHARE), output_type="ndarray")
     # a region is a node of its own, after the cells', joined to all cells of its points
     held = owner >= 0

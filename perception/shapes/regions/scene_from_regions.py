@@ -204,7 +204,7 @@ def outermost(points: FloatArray, *exactly: FloatArray) -> list[int]:
     at_once = max(1, BLOCK // len(points))
     blocks = (sides[k : k + at_once] for k in range(0, len(sides), at_once))
     found: list[int] = np.unique(
-        np.concatenate([(points @ block.T).argmax(axis=0) for block in blocks])
+        np.concatenate([(block @ points.T).argmax(axis=1) for block in blocks])
     ).tolist()
     return found
 

@@ -5,13 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.ragged import Indices, sum_by_group
+from facetlog.perception.ragged import Indices, find_distinct, number_rows, sum_by_group
 from facetlog.perception.types import FloatArray
 
-# A cell number is packed of three numbers of so many bits.
-CELL_BITS = 20
-MOST_CELLS = 1 << CELL_BITS
-"""How many cells a side are told apart."""
 # Rows are this much nearer than points in a row are: √(0.85² + 0.5²) < 1.
 ROW_SHARE = 0.85
 
@@ -41,11 +37,16 @@ def sample_triangles(corners: FloatArray, spacing: float) -> Samples:
     counts = columns * rows
     owner = np.repeat(every, counts)
     nth = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    u = ((nth % columns[owner] + 0.5) / columns[owner])[:, None]
-    v = (nth // columns[owner] / rows[owner])[:, None]
-    points = (1.0 - v) * (a[owner] + u * (b - a)[owner]) + v * c[owner]
-    areas = (double / counts)[owner] * (1.0 - v[:, 0] - 0.5 / rows[owner])
-    return Samples(points, areas, owner)
+    across, down = np.repeat(columns, counts), np.repeat(rows, counts)
+    row = np.floor(nth / across)
+    u, v = (nth - row * across + 0.5) / across, row / down
+    points = np.empty((3, len(owner)))
+    for along, start, side, apex in zip(points, a.T, (b - a).T, c.T, strict=True):
+        along[:] = np.repeat(start, counts) + u * np.repeat(side, counts)
+        along *= 1.0 - v
+        along += v * np.repeat(apex, counts)
+    areas = np.repeat(double / counts, counts) * (1.0 - v - 0.5 / down)
+    return Samples(points.T, areas, owner)
 
 
 def sample_count(corners: FloatArray, spacing: float) -> int:
@@ -70,20 +71,6 @@ def _laid_out(corners: FloatArray, spacing: float) -> tuple[Indices, FloatArray,
     return longest, double, columns, rows
 
 
-def number_cells(points: FloatArray, low: FloatArray, cell: float) -> Indices:
-    """Return the number (n,) of the cell of a grid of cubes that each point (n, 3) is in.
-
-    `low` (3,) is the grid's lowest corner. At most 2^20 cells a side.
-    """
-    if not len(points):
-        return np.zeros(0, dtype=np.int64)
-    packed = np.zeros(len(points), dtype=np.int64)
-    for axis in range(3):
-        steps = ((points[:, axis] - low[axis]) / cell).astype(np.int64)
-        packed = (packed << CELL_BITS) + np.clip(steps, 0, (1 << CELL_BITS) - 1)
-    return packed
-
-
 def thinned(
     points: FloatArray, areas: FloatArray, groups: Indices, cell: float
 ) -> tuple[Indices, Indices, FloatArray]:
@@ -93,9 +80,6 @@ def thinned(
     if not len(points):
         none = np.zeros(0, dtype=np.int64)
         return none, none, np.zeros(0)
-    key = number_cells(points, points.min(axis=0), cell)
-    count = int(groups.max()) + 1
-    if count > 1:
-        key = np.unique(key, return_inverse=True)[1] * count + groups
-    _, kept, place = np.unique(key, return_index=True, return_inverse=True)
+    cells = [((along - along.min()) / cell).astype(np.int64) for along in points.T]
+    kept, place = find_distinct(number_rows(np.array([*cells, groups]).T))
     return kept, place, sum_by_group(place, areas, len(kept))

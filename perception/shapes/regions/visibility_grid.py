@@ -12,8 +12,6 @@ from facetlog.perception.types import FloatArray
 CUBES = 96
 # Directions flatter than this against the surface run into its own cubes: sine of 17°.
 LEAST_RISE = 0.3
-# To the cubes that touch a cube.
-DIRECTIONS = 26
 
 
 def _directions() -> Iterator[tuple[int, int, int]]:
@@ -26,12 +24,12 @@ def _directions() -> Iterator[tuple[int, int, int]]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FreeWays:
-    """For each cube, as bits, the directions in which no cube with surface lies.
+    """Whether a cube with surface lies in each direction (26, ...) from each cube (nx, ny, nz).
 
     `low` (3,) is the lowest corner of the grid, `cube` the side of its cubes.
     """
 
-    bits: NDArray[np.uint32]
+    blocked: NDArray[np.bool_]
     low: FloatArray
     cube: float
 
@@ -46,11 +44,8 @@ class FreeWays:
         start = low - layers * cube
         shape = np.ceil((high - low) / cube).astype(int) + 2 * layers + 1
         full = np.zeros(shape, dtype=bool)
-        full[tuple(np.floor((points - start) / cube).astype(int).T)] = True
-        bits = np.zeros(shape, dtype=np.uint32)
-        for nth, direction in enumerate(_directions()):
-            bits |= (~_blocked(full, direction)).astype(np.uint32) << np.uint32(nth)
-        return cls(bits, start, cube)
+        full[tuple(((points - start) / cube).astype(int).T)] = True
+        return cls(np.array([_blocked(full, way) for way in _directions()]), start, cube)
 
     def share(self, places: FloatArray, ahead: FloatArray) -> FloatArray:
         """Return share (n,) of the directions before `ahead` (n, 3) that are free from places (n,
@@ -68,15 +63,11 @@ class FreeWays:
         share: FloatArray = self._free(places).mean(axis=1)
         return share
 
-    def _free(self, places: FloatArray) -> NDArray[np.uint32]:
-        """Return 1 for each direction (n, 26) that is free from the cubes of places (n, 3),
-        else 0.
-        """
+    def _free(self, places: FloatArray) -> NDArray[np.bool_]:
+        """Return whether each direction (n, 26) is free from the cubes of places (n, 3)."""
         index = np.floor((places - self.low) / self.cube).astype(int)
-        index = np.clip(index, 0, np.array(self.bits.shape) - 1)
-        bits = self.bits[tuple(index.T)]
-        free: NDArray[np.uint32] = (bits[:, None] >> np.arange(DIRECTIONS, dtype=np.uint32)) & 1
-        return free
+        index = np.clip(index, 0, np.array(self.blocked.shape[1:]) - 1)
+        return ~self.blocked[:, *index.T].T
 
 
 def _blocked(full: NDArray[np.bool_], direction: tuple[int, int, int]) -> NDArray[np.bool_]:

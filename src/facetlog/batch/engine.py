@@ -13,6 +13,7 @@ from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.brief_verdict import STACKS
 from facetlog.kb.limits import Limits
 from facetlog.kb.recognize import too_large
+from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.terminal import fit_on_one_line, make_short_line
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ class SceneEngine:
         self.models = self._judge.models
         # What the models ask for, and the things that a row counts: no other fact is worked out.
         self._kinds = {name for name, _ in self._judge.needed} | {"thing"}
+        self._solid_parts = any(kind.functor in self._kinds for kind in PIECE_KINDS)
         self.profile = Profile(self._judge.conditions() if settings.profile else {})
         """Where the time went, of all scenes so far."""
 
@@ -49,7 +51,7 @@ class SceneEngine:
         sha256 = None
         try:
             with self.profile.timed("read"):
-                kept = open_scene(item, self._settings)
+                kept = open_scene(item, self._settings, solid_parts=self._solid_parts)
                 sha256 = kept.sha256
                 if not kept.has_facts(self._kinds):
                     kept.scene()

@@ -1,7 +1,7 @@
 """Settings and items of a run: plain values that travel to workers as JSON."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -152,9 +152,13 @@ def shape_options(item: Item, settings: Settings) -> ShapeOptions:
     )
 
 
-def open_scene(item: Item, settings: Settings) -> "KeptScene":
-    """Return the scene of an item, which is read when it is asked for, or was kept."""
-    return _get_keeper(settings.keep).open(Path(item.place), shape_options(item, settings))
+def open_scene(item: Item, settings: Settings, *, solid_parts: bool = True) -> "KeptScene":
+    """Return the scene of an item, which is read when it is asked for, or was kept.
+
+    Solid parts of meshes take long: who asks for no facts of them leaves them out.
+    """
+    options = replace(shape_options(item, settings), solid_parts=solid_parts)
+    return _get_keeper(settings.keep).open(Path(item.place), options)
 
 
 @cache

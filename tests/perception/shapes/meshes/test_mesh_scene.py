@@ -101,6 +101,13 @@ def test_a_frame_scale_and_order_do_not_matter() -> None:
     assert sorted(bends_of(after)) == pytest.approx(sorted(bends_of(before)), abs=0.01)
 
 
+def test_without_solid_parts_a_scene_is_the_same_but_for_these() -> None:
+    mesh = Mesh.of(table(overlap=0.02).vertices, table(overlap=0.02).faces)
+    whole, without = (make_mesh_scene(mesh, up=UP, solid_parts=each) for each in (True, False))
+    assert [scene.bodies[0].solids is None for scene in (whole, without)] == [False, True]
+    assert scene_facts(whole) == scene_facts(without)
+
+
 def sheets(sides: tuple[float, float, float], *left_out: int) -> Scene:
     """A block of single-layer walls without some of them: 0 and 1 are its bottom and its top."""
     made = block((0, 0, 0), sides)
