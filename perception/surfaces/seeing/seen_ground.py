@@ -186,12 +186,13 @@ class Windows:
         self._level, self._sd, self._mean, self._variance = np.empty((4, *kept), dtype=np.float32)
         self.pictured, whole = np.empty((2, *kept), dtype=np.bool_)
         for n, (k, matrix) in enumerate(zip(views.tolist(), pixels, strict=True)):
-            level, sd = levels.warped(k, matrix, shape)
+            level = levels.warped(k, matrix, shape)
             seen = np.isfinite(level)
             level = self._all[n] = np.where(seen, level - MIDDLE_GREY, np.float32(0.0))
             self.pictured[n] = seen[KEPT]
             whole[n] = _find_full_windows(seen)[KEPT]
-            self._level[n], self._sd[n] = level[KEPT], sd[KEPT]
+            self._level[n] = level[KEPT]
+            self._sd[n] = levels.warped_sds(k, matrix * [EVERY, EVERY, 1], kept[1:])
             self._mean[n] = _average_windows(level)[KEPT]
             self._variance[n] = _average_windows(level * level)[KEPT] - self._mean[n] ** 2
         least = PRINT_VARIANCE * levels.noise[views, None, None] ** 2
