@@ -8,7 +8,7 @@ levels, so that a plain background proves nothing and a rare level much.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -39,6 +39,8 @@ NOISE_BORNE = 2 * LIGHT_SHARE * 128
 # LEAST_SIGMA it hardly averages.
 AVERAGING, LEAST_SIGMA = float(2 * np.sqrt(np.pi)), 0.5
 BLOCK = 512
+
+_Number = TypeVar("_Number", np.uint8, np.float32)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,8 +90,7 @@ class GreyLevels:
         even = np.ones(len(views)) if exposure is None else exposure
         self._exposure = even.astype(np.float32)
         self.noise = np.array([noise for _, noise in smooth], dtype=np.float32)
-        self._greys = [image for image, _ in smooth]
-        self._sds = [
+        sds = [
             _compute_sds(image, slope, noise) / by
             for (image, noise), slope, by in zip(smooth, gradients, self._exposure, strict=True)
         ]
@@ -97,12 +98,10 @@ class GreyLevels:
             [_density(*each) * by for each, by in zip(smooth, self._exposure, strict=True)]
         )
         # All pictures pixel by pixel, and where each begins: one look-up for all views.
-        self._widths = np.array([image.shape[1] for image in self._greys])
-        self._begins = np.cumsum([0, *(image.size for image in self._greys)])[:-1]
-        self._grey, self._sd = (
-            np.concatenate([picture.ravel() for picture in pictures])
-            for pictures in (self._greys, self._sds)
-        )
+        self._widths = np.array([sd.shape[1] for sd in sds])
+        self._begins = np.cumsum([0, *(sd.size for sd in sds)])
+        self._grey = np.concatenate([image.ravel() for image, _ in smooth])
+        self._sd = np.concatenate([sd.ravel() for sd in sds])
 
     def read(
         self, views: NDArray[np.intp], uv: NDArray[np.floating], seen: NDArray[np.bool_]
@@ -125,17 +124,23 @@ class GreyLevels:
         `pixels` (3, 3) takes (column, row, 1) of a point to its homogeneous pixel, its last entry
         the depth up to a positive factor.
         """
-        inside = np.zeros_like(self._greys[view])
-        inside[1:-1, 1:-1] = 1
-        seen = (_warp(inside, pixels, shape) > 0) & _plane_seen(pixels, shape)
-        level = _warp(self._greys[view], pixels, shape) / self._exposure[view]
-        return np.where(seen, level, np.float32(np.nan))
+        level = self._of_view(self._grey, view) / self._exposure[view]
+        level[[0, -1]] = level[:, [0, -1]] = np.nan  # the border is no picture of its own
+        found = _warp(level, pixels, shape)
+        column, row = np.meshgrid([0, shape[1] - 1], [0, shape[0] - 1])
+        if (pixels[2] @ [column.ravel(), row.ravel(), [1] * 4]).min() <= 0:
+            found[~_plane_seen(pixels, shape)] = np.nan
+        return found
 
     def warped_sds(
         self, view: int, pixels: FloatArray, shape: tuple[int, int]
     ) -> NDArray[np.float32]:
         """Return the standard deviations of the levels of a plane's points, as of `warped`."""
-        return _warp(self._sds[view], pixels, shape)
+        return _warp(self._of_view(self._sd, view), pixels, shape)
+
+    def _of_view(self, all_: NDArray[_Number], view: int) -> NDArray[_Number]:
+        flat = all_[self._begins[view] : self._begins[view + 1]]
+        return flat.reshape(-1, self._widths[view])
 
 
 def _compute_sds(image: Image, slope: Gradient, noise: float) -> NDArray[np.float32]:
@@ -144,9 +149,15 @@ def _compute_sds(image: Image, slope: Gradient, noise: float) -> NDArray[np.floa
     return np.sqrt(level**2 + place**2 + np.float32(noise) ** 2)
 
 
-def _warp(picture: NDArray[Any], pixels: FloatArray, shape: tuple[int, int]) -> NDArray[Any]:
+def _warp(
+    picture: NDArray[np.float32], pixels: FloatArray, shape: tuple[int, int]
+) -> NDArray[np.float32]:
     flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-    return cv2.warpPerspective(picture, pixels, shape[::-1], flags=flags)
+    border = cv2.BORDER_CONSTANT
+    warped = cv2.warpPerspective(
+        picture, pixels, shape[::-1], flags=flags, borderMode=border, borderValue=np.nan
+    )
+    return np.asarray(warped, dtype=np.float32)
 
 
 def _plane_seen(matrix: FloatArray, shape: tuple[int, int]) -> NDArray[np.bool_]:
