@@ -1,8 +1,10 @@
 """How much time and memory does the demo take from 24 pictures to verdict, on one core?
+And a set of 16 pictures of furniture?
 
 The pictures are rendered to files first. Each run is a process of its own, held to one core, that
 reads the files, reconstructs and recognises; CPU time is what counts, as others may use the
-machine. Wanted: 5 s in all.
+machine. Wanted: 1.6 s in all. The furniture is a third-party set under FACETLOG_DATA, by the front
+end for things in general, wanted in 3.8 s; without the data it is left out.
 """
 
 import os
@@ -16,14 +18,24 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, compute_median_and_spread
+from benchmarks.common import (
+    Cell,
+    Report,
+    Row,
+    Settings,
+    Table,
+    compute_median_and_spread,
+    find_data_set,
+)
 from facetlog.perception.step_clock import StepClock, StepTime
 from facetlog.pipeline import FrontEnd
 
 NAME = "time_demo"
 RUNS = 7
 SEED = 0
-WANTED_S = 5.0
+WANTED_S, WANTED_FURNITURE_S = 1.6, 3.8
+# A table on planks, whose joints make many 3-D segments.
+FURNITURE = "10"
 STATUS = Path("/proc/self/status")  # Linux; elsewhere the peak memory is left out
 
 
@@ -54,13 +66,23 @@ def measure(settings: Settings) -> Report:
         (
             *(Table(f"Front end: {f.value}; CPU seconds", _steps(r)) for f, r in runs.items()),
             Table("Runs", tuple(_whole(f, r) for f, r in runs.items())),
+            *_time_furniture(count),
         ),
         {"runs": count, "views": 24, "seed": SEED, "load before": round(busy, 2)},
         (
-            f"Wanted: {WANTED_S:g} s from pictures to verdict. Starting Python and loading the "
+            f"Wanted: {WANTED_S:g} s from pictures to verdict, {WANTED_FURNITURE_S:g} s of "
+            "furniture. Starting Python and loading the "
             "program come before that; rendering is not counted.",
         ),
     )
+
+
+def _time_furniture(count: int) -> tuple[Table, ...]:
+    folder = find_data_set("pictures")
+    if isinstance(folder, str):
+        return ()
+    runs = [_timed_alone(folder / FURNITURE, FrontEnd.LINES) for _ in range(count)]
+    return (Table(f"Furniture, set {FURNITURE}; CPU seconds", _steps(runs)),)
 
 
 def _render(folder: Path) -> None:

@@ -19,6 +19,14 @@ from facetlog.perception.types import FloatArray, Image
 
 # One bit of a uint16 for each 11.25° of orientation: as fine as a short segment is known.
 ORIENTATION_BINS = 16
+# The bits of each orientation and of both beside it.
+NEAR_BINS = np.array(
+    [
+        sum(1 << (k + beside) % ORIENTATION_BINS for beside in (-1, 0, 1))
+        for k in range(ORIENTATION_BINS)
+    ],
+    dtype=np.uint16,
+)
 # Hysteresis thresholds in standard deviations of the gradient's own noise.
 LOW_SD, HIGH_SD = 3.0, 5.0
 # Gradient noise of a picture enlarged by this factor (cubic) over that of one not enlarged, for the
@@ -104,10 +112,5 @@ def encode_direction(direction: FloatArray) -> NDArray[np.uint16]:
 
     Its own bin and both neighbours: an orientation is known to about one bin.
     """
-    k = np.floor((direction % np.pi) * (ORIENTATION_BINS / np.pi)).astype(int) % ORIENTATION_BINS
-    one = np.uint16(1)
-    near = [(k + d) % ORIENTATION_BINS for d in (-1, 0, 1)]
-    bits = np.zeros(k.shape, np.uint16)
-    for bin_index in near:
-        bits |= one << bin_index.astype(np.uint16)
-    return bits
+    k = np.floor(direction % np.pi * (ORIENTATION_BINS / np.pi)).astype(np.intp)
+    return NEAR_BINS[k % ORIENTATION_BINS]

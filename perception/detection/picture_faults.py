@@ -21,6 +21,7 @@ from facetlog.errors import InputError
 from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.name_lists import named
 from facetlog.perception.reading.picture_file import LEAST_SIDE_PX
+from facetlog.perception.threads import map_on_threads
 from facetlog.perception.types import FloatArray, Image, View
 
 DARK, BRIGHT = 40.0, 215.0
@@ -61,7 +62,7 @@ def select_usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[
     if len(views) - len(empty) < min(2, len(views)):
         raise InputError(_explain_empty_views(views, empty))
     shown = [k for k in range(len(views)) if k not in empty]
-    blurs = np.array([blur_px(views[k].image) for k in shown])
+    blurs = np.array(list(map_on_threads(blur_px, [views[k].image for k in shown])))
     blurred = {shown[n]: float(blurs[n]) for n in _find_far_above(blurs)}
     warnings = [
         f"{named([views[k].name for k, f in empty.items() if f == fault])}: {fault}, left out"

@@ -290,20 +290,22 @@ def reconstruct_views(
     """Reconstruct the scene that the views show, in their unit; raise InconsistentViewsError if
     their poses contradict them.
     """
+    from facetlog.one_thread import use_one_thread
     from facetlog.perception.surfaces.reconstruct import reconstruct
 
-    return reconstruct(
-        view_set.views,
-        name=view_set.name,
-        up=view_set.up,
-        find_up=view_set.find_up,
-        metric=view_set.metric,
-        errors=view_set.pose_errors,
-        front_end=method.front_end.value,
-        sd_limit=method.sd_limit,
-        progress=progress,
-        clock=clock,
-    )
+    with use_one_thread():
+        return reconstruct(
+            view_set.views,
+            name=view_set.name,
+            up=view_set.up,
+            find_up=view_set.find_up,
+            metric=view_set.metric,
+            errors=view_set.pose_errors,
+            front_end=method.front_end.value,
+            sd_limit=method.sd_limit,
+            progress=progress,
+            clock=clock,
+        )
 
 
 def apply_known_scale(scene: "Scene", method: Method) -> "tuple[Scene, Scale | None]":

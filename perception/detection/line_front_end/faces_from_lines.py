@@ -93,7 +93,8 @@ from facetlog.perception.detection.working_size import (
 )
 from facetlog.perception.estimation.pose_refinement.view_alignment import align_views
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.threads import map_on_threads
+from facetlog.perception.types import FloatArray, Image, View
 
 # Places along a 3-D segment to which the views that show it see.
 SIGHT_SAMPLES = 12
@@ -272,16 +273,22 @@ def prepare_pictures(
     """Find the edges and segments of each view."""
     working, factors = enlarge_to_working_size(views)
     with clock.step("features"):
-        maps, segments = [], []
         noises = measure_working_noises(views, factors)
-        for k, noise in enumerate(noises):
+        images = [view.image for view in working]
+        maps, segments = [], []
+        for edges, found in map_on_threads(_find_edges, tuple(zip(images, noises, strict=True))):
+            maps.append(edges)
+            segments.append(found)
             if progress is not None:
-                progress("features", k, len(views))
-            image = working[k].image
-            coarser = coarse_pictures(image, noise)
-            maps.append(edge_map(image, own_noise=noise, coarser=coarser))
-            segments.append(detect_segments(image, noise, coarser))
+                progress("features", len(maps), len(views))
     return Pictures(working, factors, noises, tuple(maps), tuple(segments))
+
+
+def _find_edges(picture: tuple[Image, Noise]) -> tuple[EdgeMap, FloatArray]:
+    image, noise = picture
+    coarser = coarse_pictures(image, noise)
+    edges = edge_map(image, own_noise=noise, coarser=coarser)
+    return edges, detect_segments(image, noise, coarser)
 
 
 def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -> TrackedFaces:

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.spatial.transform import Rotation
 
 from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import (
     LENS_UNKNOWNS,
@@ -26,6 +25,7 @@ from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import (
 )
 from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior, build_block_diagonal
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
+from facetlog.perception.estimation.rotations import convert_to_matrices
 from facetlog.perception.types import FloatArray, Pose, View
 
 ROBUST_SD = 5.0
@@ -105,7 +105,7 @@ class Problem:
     def projections(self, twists: FloatArray) -> FloatArray:
         """Return the projections (V, 3, 4) of all views moved by twists (V, 6)."""
         scaled = twists * self.unit
-        turns = Rotation.from_rotvec(scaled[:, :3]).as_matrix()
+        turns = convert_to_matrices(scaled[:, :3])
         centres = np.array([v.pose.centre for v in self.views]) - self.about
         centres = (turns @ centres[..., None])[..., 0] + self.about + scaled[:, 3:]
         rotations = turns @ np.array([v.pose.rotation for v in self.views])

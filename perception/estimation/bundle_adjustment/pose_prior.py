@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from facetlog.perception.estimation.pose_refinement.pose_chain import added, convert_to_twist_cov
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind, PoseErrors
@@ -119,6 +118,8 @@ def _chain_covariances(stated: FloatArray) -> FloatArray:
 
 
 def _twist(start: Pose, end: Pose, about: FloatArray) -> FloatArray:
+    from scipy.spatial.transform import Rotation  # loaded only now: few poses state their errors
+
     turn = end.rotation @ start.rotation.T
     shift = end.centre - about - turn @ (start.centre - about)
     return np.concatenate([Rotation.from_matrix(turn).as_rotvec(), shift])

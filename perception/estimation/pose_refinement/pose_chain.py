@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from facetlog.perception.estimation.rotations import convert_to_matrices
 from facetlog.perception.types import FloatArray, Pose
 
 # Independent error of every view besides odometry: the head's pointing and the settling of the
@@ -56,7 +56,7 @@ class TwistPrior:
 
 def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
     """Return the pose turned by twist[:3] about the point `about` and shifted by twist[3:]."""
-    turn = Rotation.from_rotvec(twist[:3]).as_matrix()
+    turn = convert_to_matrices(twist[:3])
     return Pose(turn @ pose.rotation, turn @ (pose.centre - about) + about + twist[3:])
 
 

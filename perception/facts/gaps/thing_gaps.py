@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
 
 from facetlog.perception.facts.gaps.nearest_points import (
     Parts,
@@ -89,6 +87,8 @@ def _compute_vertex_distances(parts: Parts, count: int) -> FloatArray:
     """Return the least distances between vertices of the things [i, j]: no two are further
     apart.
     """
+    from scipy.spatial.distance import cdist  # loaded only now: one thing alone has no gaps
+
     least = np.zeros((count, count))
     starts = np.searchsorted(parts.vertex_of, np.arange(count))
     for i in range(count):
@@ -162,6 +162,8 @@ def _equal(
     over it are nearly as near, aslant. At one place the lowest rank stands for all, since rounding
     has no say in it. Of pairs that are `touching` (p,), all that are given touch.
     """
+    from scipy.spatial import cKDTree  # loaded only now: one thing alone has no gaps
+
     far, sds = found.far, _sds(found, _along(found, touching[pair]), covs)
     nearest = np.zeros(len(touching), dtype=np.intp)
     descending = np.lexsort((far, pair))[::-1]

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.image_sources import has_shots
-from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
 from facetlog.perception.reading.pose_files.capture_files import (
     BLENDER,
@@ -49,6 +48,9 @@ def read_pictures(folder: Path, options: PoseOptions) -> PosesFile:
             "metres (if its bar was off, give the side of a square, as 17.6mm), and without "
             'one a known length as scale does: "height = 74 cm"'
         )
+    # Loaded only now: its fit takes parts of scipy that poses from a file do without.
+    from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
+
     if options.square is None and has_kept_cameras(folder, options):
         return read_by_motion(folder, options)  # no mat was seen when these were made
     try:

@@ -37,9 +37,10 @@ MOST_WRONG = 0.2
 COMPARED = 8
 # How far off the ground may be, px, and between which heights one more is tried.
 FARTHEST, STEP = 6, 0.5
-# A peak has this many times as many windows that agree as the median of all heights, and so many of
-# those that are pictured: less is chance.
-PEAK, LEAST_SHARE = 1.5, 0.01
+# A peak has this many times as many windows that agree as this quantile of all heights, since from
+# nearly the same direction views agree over half of these, and so many of those that are pictured:
+# less is chance.
+PEAK, BESIDE_PEAK, LEAST_SHARE = 1.5, 0.25, 0.01
 # A ground that is this near to level may be level: cos 3°.
 MAY_BE_LEVEL = 0.9986
 
@@ -186,12 +187,13 @@ class Windows:
         self._level, self._sd, self._mean, self._variance = np.empty((4, *kept), dtype=np.float32)
         self.pictured, whole = np.empty((2, *kept), dtype=np.bool_)
         for n, (k, matrix) in enumerate(zip(views.tolist(), pixels, strict=True)):
-            level, sd = levels.warped(k, matrix, shape)
+            level = levels.warped(k, matrix, shape)
             seen = np.isfinite(level)
             level = self._all[n] = np.where(seen, level - MIDDLE_GREY, np.float32(0.0))
             self.pictured[n] = seen[KEPT]
             whole[n] = _find_full_windows(seen)[KEPT]
-            self._level[n], self._sd[n] = level[KEPT], sd[KEPT]
+            self._level[n] = level[KEPT]
+            self._sd[n] = levels.warped_sds(k, matrix * [EVERY, EVERY, 1], kept[1:])
             self._mean[n] = _average_windows(level)[KEPT]
             self._variance[n] = _average_windows(level * level)[KEPT] - self._mean[n] ** 2
         least = PRINT_VARIANCE * levels.noise[views, None, None] ** 2
@@ -225,9 +227,11 @@ class Windows:
         common = _choose_ground_levels(*(_density(bins[which], sd) for which in (may_see, hidden)))
         seen: _Bits = self.pictured & common[bins]
 
+        most = (np.float32(AGREES_SDS) * self._sd) ** 2
+
         def agree(a: int, b: int) -> _Bits:
-            apart, sd = self._level[a] - self._level[b], np.hypot(self._sd[a], self._sd[b])
-            return np.asarray(seen[a] & seen[b] & (np.abs(apart) < AGREES_SDS * sd))
+            apart = self._level[a] - self._level[b]
+            return np.asarray(seen[a] & seen[b] & (apart * apart < most[a] + most[b]))
 
         return seen & _find_confirmed(agree, seen, weight, MOST_SHARE)
 
@@ -318,7 +322,7 @@ class GroundViews:
         """Return the ground where most of its print agrees; as given without print.
 
         The ground is its normal (3,) and the height along it. Where `up` is known and the ground
-        about level both its own tilt and none are tried.
+        about level heights are tried without a tilt, and the best one with its own, too.
         """
         some = self.spread(COMPARED)
         lattice = GroundLattice.under(some.views, *ground)
@@ -326,18 +330,26 @@ class GroundViews:
             return ground
         pixel = float(np.linalg.norm(lattice.steps[0])) / PITCH_PX
         middle = lattice.corner + 0.5 * (np.array(lattice.shape) @ lattice.steps)
-        normals = [ground[0]]
-        if up is not None and float(up @ ground[0]) > MAY_BE_LEVEL:
-            normals.append(up)
+        level = up is not None and float(up @ ground[0]) > MAY_BE_LEVEL
+        normal = up if up is not None and level else ground[0]
 
-        tried = [(plane, some.agreeing(plane)) for plane in _heights(normals, middle, pixel)]
-        best, (most, pictured) = max(tried, key=lambda one: one[1][0])
-        usual = float(np.median([count for _, (count, _) in tried]))
+        def tried(normal: FloatArray, *offsets: float) -> list[tuple[int, int, float, FloatArray]]:
+            """Return how many windows agree, of how many, so many px above the middle."""
+            heights = [float(middle @ normal) + offset * pixel for offset in offsets]
+            counts = [some.agreeing((normal, height)) for height in heights]
+            return [(*c, o, normal) for c, o in zip(counts, offsets, strict=True)]
+
+        all_ = tried(normal, *sorted(range(-FARTHEST, FARTHEST + 1), key=abs))
+        usual = float(np.quantile([count for count, *_ in all_], BESIDE_PEAK))
+        best = max(all_, key=lambda one: one[0])
+        if level:
+            best = max(best, *tried(ground[0], best[2]), key=lambda one: one[0])
+        most, pictured, offset, normal = best
         if most < PEAK * usual or most < LEAST_SHARE * pictured:
             return ground
-        beside = [(best[0], best[1] + side * STEP * pixel) for side in (-1.0, 1.0)]
-        finer = [(plane, some.agreeing(plane)) for plane in beside]
-        return max([(best, (most, pictured)), *finer], key=lambda one: one[1][0])[0]
+        finer = tried(normal, offset - STEP, offset + STEP)
+        _, _, offset, _ = max(best, *finer, key=lambda one: one[0])
+        return normal, float(middle @ normal) + offset * pixel
 
     def agreeing(self, plane: Plane) -> tuple[int, int]:
         """Return how many windows views show with the same print in the middle of a plane, half its
@@ -404,10 +416,3 @@ def _widened(shadow: _Bits) -> _Bits:
     # By as much as the outlines of faces may be off.
     across = 2 * round(BEFORE_PX / PITCH_PX) + 1
     return cv2.dilate(shadow.view(np.uint8), np.ones((across, across), np.uint8)).view(np.bool_)
-
-
-def _heights(normals: Sequence[FloatArray], middle: FloatArray, pixel: float) -> Iterator[Plane]:
-    """Return planes about a point, pixel by pixel, the nearest first."""
-    for offset in sorted(range(-FARTHEST, FARTHEST + 1), key=abs):
-        for normal in normals:
-            yield normal, float(middle @ normal) + offset * pixel

@@ -356,9 +356,7 @@ def _make_view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
 
 
 def _reconstruct(view_set: "ViewSet") -> "Scene":
-    from facetlog.one_thread import use_one_thread
     from facetlog.pipeline import reconstruct_views
 
-    with use_one_thread():
-        scene = reconstruct_views(view_set, clock=StepClock())
+    scene = reconstruct_views(view_set, clock=StepClock())
     return replace(scene, warnings=(*view_set.problems, *scene.warnings))

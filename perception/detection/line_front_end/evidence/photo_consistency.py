@@ -8,7 +8,7 @@ levels, so that a plain background proves nothing and a rare level much.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -39,6 +39,8 @@ NOISE_BORNE = 2 * LIGHT_SHARE * 128
 # LEAST_SIGMA it hardly averages.
 AVERAGING, LEAST_SIGMA = float(2 * np.sqrt(np.pi)), 0.5
 BLOCK = 512
+
+_Number = TypeVar("_Number", np.uint8, np.float32)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,59 +87,77 @@ class GreyLevels:
     ) -> None:
         own = noises or [measure_working_noise(view.image) for view in views]
         smooth = [_averaged(view.image, noise) for view, noise in zip(views, own, strict=True)]
-        self._widths = np.array([view.image.shape[1] for view in views], dtype=np.int32)
-        self._greys = [image.ravel() for image, _ in smooth]
-        self._slopes = [(slope.gx.ravel(), slope.gy.ravel()) for slope in gradients]
         even = np.ones(len(views)) if exposure is None else exposure
         self._exposure = even.astype(np.float32)
         self.noise = np.array([noise for _, noise in smooth], dtype=np.float32)
-        self._chance = np.array([_density(image, noise) for image, noise in smooth])
+        sds = [
+            _compute_sds(image, slope, noise) / by
+            for (image, noise), slope, by in zip(smooth, gradients, self._exposure, strict=True)
+        ]
+        self._chance = np.array(
+            [_density(*each) * by for each, by in zip(smooth, self._exposure, strict=True)]
+        )
+        # All pictures pixel by pixel, and where each begins: one look-up for all views.
+        self._widths = np.array([sd.shape[1] for sd in sds])
+        self._begins = np.cumsum([0, *(sd.size for sd in sds)])
+        self._grey = np.concatenate([image.ravel() for image, _ in smooth])
+        self._sd = np.concatenate([sd.ravel() for sd in sds])
 
     def read(
         self, views: NDArray[np.intp], uv: NDArray[np.floating], seen: NDArray[np.bool_]
     ) -> Levels:
         """Return levels at pixels (2, v, ...) of the chosen views (v,), where `seen` (v, ...)."""
         by_view = (-1, *[1] * (seen.ndim - 1))
-        column, row = np.where(seen, np.rint(uv), 0).astype(np.int32)
+        column, row = np.where(seen, np.rint(uv), 0).astype(np.intp)
         at = row * self._widths[views].reshape(by_view) + column
-        grey = np.empty(seen.shape, dtype=np.uint8)
-        slope = np.empty(seen.shape, dtype=np.float32)
-        for n, k in enumerate(views.tolist()):
-            gx, gy = self._slopes[k]
-            grey[n] = self._greys[k].take(at[n])
-            slope[n] = np.hypot(gx.take(at[n]), gy.take(at[n]))
-        level = grey.astype(np.float32)
-        noise = self.noise[views].reshape(by_view)
-        sd = np.sqrt(noise**2 + (LIGHT_SHARE * level) ** 2 + (PLACE_PX * slope) ** 2)
-        chance = self._chance[views.reshape(by_view), grey]
+        at += self._begins[views].reshape(by_view)
+        grey = self._grey.take(at)
+        chance = self._chance.take(grey + 256 * views.reshape(by_view))
         by = self._exposure[views].reshape(by_view)
-        freed = np.asarray(np.where(seen, level, np.nan) / by, dtype=np.float32)
-        return Levels(freed, sd / by, chance * by)
+        level = np.where(seen, grey / by, np.float32(np.nan))
+        return Levels(level, self._sd.take(at), chance)
 
-    def warped(
-        self, view: int, pixels: FloatArray, shape: tuple[int, int]
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return levels and standard deviations of a plane's points, each of `shape`, as a view has
-        them; a level is NaN where the view does not see the point.
+    def warped(self, view: int, pixels: FloatArray, shape: tuple[int, int]) -> NDArray[np.float32]:
+        """Return levels of a plane's points, of `shape`, as a view has them; NaN where the view
+        does not see the point.
 
         `pixels` (3, 3) takes (column, row, 1) of a point to its homogeneous pixel, its last entry
         the depth up to a positive factor.
         """
-        grey = self._greys[view].reshape(-1, self._widths[view])
-        gx, gy = (slope.reshape(grey.shape) for slope in self._slopes[view])
-        inside = np.zeros_like(grey)
-        inside[1:-1, 1:-1] = 1
+        level = self._of_view(self._grey, view) / self._exposure[view]
+        level[[0, -1]] = level[:, [0, -1]] = np.nan  # the border is no picture of its own
+        found = _warp(level, pixels, shape)
+        column, row = np.meshgrid([0, shape[1] - 1], [0, shape[0] - 1])
+        if (pixels[2] @ [column.ravel(), row.ravel(), [1] * 4]).min() <= 0:
+            found[~_plane_seen(pixels, shape)] = np.nan
+        return found
 
-        def warp(picture: NDArray[Any]) -> NDArray[Any]:
-            flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-            return cv2.warpPerspective(picture, pixels, shape[::-1], flags=flags)
+    def warped_sds(
+        self, view: int, pixels: FloatArray, shape: tuple[int, int]
+    ) -> NDArray[np.float32]:
+        """Return the standard deviations of the levels of a plane's points, as of `warped`."""
+        return _warp(self._of_view(self._sd, view), pixels, shape)
 
-        seen = (warp(inside) > 0) & _plane_seen(pixels, shape)
-        level, slope = warp(grey).astype(np.float32), warp(cv2.magnitude(gx, gy))
-        by = self._exposure[view]
-        sd = cv2.magnitude(level * np.float32(LIGHT_SHARE), slope * np.float32(PLACE_PX))
-        sd = np.sqrt(sd**2 + self.noise[view] ** 2)
-        return np.where(seen, level / by, np.float32(np.nan)), sd / by
+    def _of_view(self, all_: NDArray[_Number], view: int) -> NDArray[_Number]:
+        flat = all_[self._begins[view] : self._begins[view + 1]]
+        return flat.reshape(-1, self._widths[view])
+
+
+def _compute_sds(image: Image, slope: Gradient, noise: float) -> NDArray[np.float32]:
+    level = image.astype(np.float32) * np.float32(LIGHT_SHARE)
+    place = cv2.magnitude(slope.gx, slope.gy) * np.float32(PLACE_PX)
+    return np.sqrt(level**2 + place**2 + np.float32(noise) ** 2)
+
+
+def _warp(
+    picture: NDArray[np.float32], pixels: FloatArray, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    border = cv2.BORDER_CONSTANT
+    warped = cv2.warpPerspective(
+        picture, pixels, shape[::-1], flags=flags, borderMode=border, borderValue=np.nan
+    )
+    return np.asarray(warped, dtype=np.float32)
 
 
 def _plane_seen(matrix: FloatArray, shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -60,21 +60,23 @@ class SideJudge:
     def __init__(self, views: Sequence[View], maps: Sequence[EdgeMap], weight: FloatArray) -> None:
         self._projections = np.array([view.projection for view in views])
         self._sizes = np.array([view.image.shape[::-1] for view in views])
-        self._maps = maps
+        self._reach = np.array([edges.reach_px for edges in maps])
+        # The masks of all views pixel by pixel, and where each begins.
+        self._mask = np.concatenate([edges.mask.ravel() for edges in maps])
+        self._begins = np.cumsum([0, *(edges.mask.size for edges in maps)])[:-1]
         self._weight = weight
 
     @property
     def edges_abreast(self) -> float:
         """Largest number of parallel edges that a picture could show as distinct."""
         sizes = np.linalg.norm(self._sizes.reshape(-1, 2), axis=1)
-        reach = np.array([edges.reach_px for edges in self._maps])
-        return float((sizes / (2.0 * reach + 1.0)).max(initial=1.0))
+        return float((sizes / (2.0 * self._reach + 1.0)).max(initial=1.0))
 
     def score(self, segments: FloatArray) -> FloatArray:
         """Return the log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in
         favour.
         """
-        ratio = self.evidence(np.arange(len(self._maps)), segments).ratio
+        ratio = self.evidence(np.arange(len(self._weight)), segments).ratio
         score: FloatArray = self._weight @ np.maximum(ratio, 0.0)
         return score
 
@@ -123,8 +125,8 @@ class SideJudge:
         off = uv.reshape(shape) - start
         across = np.abs(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
         length = np.maximum(np.linalg.norm(along, axis=-1), 1e-9)
-        reach = np.array([self._maps[k].reach_px for k in views.tolist()])
-        away: NDArray[np.bool_] = across / length > APART_REACHES * reach[:, None, None]
+        reach = self._reach[views, None, None]
+        away: NDArray[np.bool_] = across / length > APART_REACHES * reach
         return away & before
 
     def snap_to_edges(
@@ -172,10 +174,9 @@ class SideJudge:
         width, height = self._sizes[views].T[:, :, None, None]
         inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
         inside &= (depth > 0).reshape(shape)
-        at = np.where(inside, row * width + column, 0).astype(np.intp)
-        hit = np.empty(inside.shape, dtype=np.bool_)
-        for n, k in enumerate(views.tolist()):
-            hit[:, n] = (self._maps[k].mask.take(at[:, n]) & bits[n]) != 0
+        begins = self._begins[views, None, None]
+        at = np.where(inside, row * width + column + begins, 0).astype(np.intp)
+        hit = (self._mask.take(at) & bits) != 0
         return hit & inside, inside, reach[..., 0]
 
 

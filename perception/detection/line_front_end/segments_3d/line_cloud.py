@@ -38,37 +38,30 @@ def propose_segments(
     c1, c2 = first.pose.centre, second.pose.centre
 
     cosine = plane_1[:, :3] @ plane_2[:, :3].T
-    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-    # Where the rays of one segment's ends pierce the other's plane: c + s d.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s1 = -(plane_2[:, :3] @ c1 + plane_2[:, 3])[None, :, None] / _slopes(rays_1, plane_2)
-        s2 = -(plane_1[:, :3] @ c2 + plane_1[:, 3])[:, None, None] / _slopes(
-            rays_2, plane_1
-        ).transpose(1, 0, 2)
-    good = (sine > MIN_PLANE_SINE) & (s1 > 0).all(-1) & (s2 > 0).all(-1)
-    i, j = np.nonzero(good & np.isfinite(s1).all(-1) & np.isfinite(s2).all(-1))
-    x1 = c1 + s1[i, j, :, None] * rays_1[i]
-    x2 = c2 + s2[i, j, :, None] * rays_2[j]
+    # The rays of one segment's ends pierce the other's plane at c + s d, s = height / fall, if s is
+    # positive; both (end, i, j).
+    height_1 = plane_2[:, :3] @ c1 + plane_2[:, 3]
+    height_2 = (plane_1[:, :3] @ c2 + plane_1[:, 3])[:, None]
+    fall_1 = -(rays_1.transpose(1, 0, 2) @ plane_2[:, :3].T)
+    fall_2 = -(plane_1[:, :3] @ rays_2.transpose(1, 2, 0))
+    good = (fall_1 * height_1 > 0).all(axis=0) & (fall_2 * height_2 > 0).all(axis=0)
+    i, j = np.nonzero(good & (cosine**2 < 1.0 - MIN_PLANE_SINE**2))
+    # Axis by axis, (end, 3, n): numpy is slow where the last axis has two or three entries.
+    pairs = i * len(segments_2) + j
+    away_1, away_2 = (fall.reshape(2, -1).take(pairs, axis=1)[:, None] for fall in (fall_1, fall_2))
+    x1 = rays_1.transpose(1, 2, 0).take(i, axis=2) * (height_1.take(j) / away_1) + c1[:, None]
+    x2 = rays_2.transpose(1, 2, 0).take(j, axis=2) * (height_2.take(i) / away_2) + c2[:, None]
 
-    along = x1[:, 1] - x1[:, 0]
-    length = np.linalg.norm(along, axis=1)
-    keep = length > 0
-    x1, x2, along, length = x1[keep], x2[keep], along[keep], length[keep]
-    made_of = np.stack([i, j], axis=1)[keep]
-    unit = along / length[:, None]
-    t1 = np.stack([np.zeros_like(length), length], axis=1)
-    t2 = np.sort(np.einsum("nek,nk->ne", x2 - x1[:, :1], unit), axis=1)
-    overlap = np.minimum(t1[:, 1], t2[:, 1]) - np.maximum(t1[:, 0], t2[:, 0])
-    shorter = np.minimum(length, t2[:, 1] - t2[:, 0])
-    keep = overlap > MIN_OVERLAP * shorter
-    ends = np.stack([np.minimum(t1[:, 0], t2[:, 0]), np.maximum(t1[:, 1], t2[:, 1])], axis=1)
-    return x1[keep, :1] + ends[keep, :, None] * unit[keep, None], made_of[keep]
-
-
-def _slopes(rays: FloatArray, planes: FloatArray) -> FloatArray:
-    # normal_j · ray_ie as (i, j, e)
-    slopes = rays.reshape(-1, 3) @ planes[:, :3].T
-    return slopes.reshape(len(rays), 2, len(planes)).transpose(0, 2, 1)
+    along = x1[1] - x1[0]
+    length = np.sqrt((along * along).sum(axis=0))
+    unit = along / np.where(length > 0, length, 1.0)
+    start, end = ((x2 - x1[0]) * unit).sum(axis=1)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    overlap = np.minimum(length, high) - np.maximum(low, 0.0)
+    keep = (length > 0) & (overlap > MIN_OVERLAP * np.minimum(length, high - low))
+    ends = np.stack([np.minimum(low, 0.0), np.maximum(length, high)], axis=1)[keep]
+    origin, unit = x1[0, :, keep], unit[:, keep].T
+    return origin[:, None] + ends[..., None] * unit[:, None], np.stack([i, j], axis=1)[keep]
 
 
 def _plane_and_rays(view: View, segments: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -262,19 +255,28 @@ def _merge(
     # mostly beside it, are dropped. In pictures, not in space: where the views hardly differ, depth
     # is uncertain.
     uv = np.stack([project_points(v.projection, segments)[0] for v in views], axis=1)
-    left = descending(score)
+    first = uv[:, 0].T  # in the first view, (2, ends, n)
+    left = np.ones(len(segments), dtype=np.bool_)
     chosen: list[int] = []
-    while len(left) and len(chosen) < most:
-        best, left = left[0], left[1:]
-        chosen.append(int(best))
+    for best in descending(score).tolist():
+        if not left[best]:
+            continue
+        if len(chosen) == most:
+            break
+        chosen.append(best)
+        left[best] = False
         along = uv[best, :, 1] - uv[best, :, 0]
         length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
         unit = along / length[:, None]
-        relative = uv[left] - uv[best, :, :1]  # (n, views, ends, 2)
+        # Few lie on its line in one view: all else is asked of these.
+        (u, v), (x, y) = first - uv[best, 0, 0][:, None, None], unit[0]
+        near = (np.abs(u * y - v * x) < tolerance_px).all(axis=0)
+        others = np.flatnonzero(near & left)
+        relative = uv[others] - uv[best, :, :1]  # (n, views, ends, 2)
         off = relative[..., 0] * unit[:, None, 1] - relative[..., 1] * unit[:, None, 0]
         near = (np.abs(off) < tolerance_px).all(axis=(1, 2))
         t = np.sort((relative * unit[:, None]).sum(axis=-1), axis=-1)
         overlap = np.minimum(t[..., 1], length) - np.maximum(t[..., 0], 0.0)
         beside = (overlap > 0.5 * (t[..., 1] - t[..., 0])).all(axis=1)
-        left = left[~(near & beside)]
+        left[others[near & beside]] = False
     return np.array(chosen, dtype=np.intp)

@@ -66,14 +66,13 @@ def measure_line_profiles(
     direction = along / length[:, None]
     begin = -MARGIN * length
     step = (1 + 2 * MARGIN) * length / SAMPLES
-    place = begin[:, None] + (np.arange(SAMPLES) + 0.5) * step[:, None]
-    points = segments[:, None, 0] + place[..., None] * direction[:, None]
+    longer = segments + MARGIN * np.stack([-along, along], axis=1)
     found = np.zeros((len(segments), SAMPLES))
     possible = np.zeros((len(segments), SAMPLES))
     for k, (view, edges) in enumerate(zip(views, maps, strict=True)):
         chosen = np.nonzero(use[:, k])[0]
         if len(chosen):
-            hit, inside = hits(view, edges, points[chosen])
+            hit, inside = hits(view, edges, longer[chosen], SAMPLES)
             found[chosen] += weight[k] * hit
             possible[chosen] += weight[k] * inside
     covered = found / np.maximum(possible, 1e-12)

@@ -60,22 +60,20 @@ def read_edges(view: View, edges: EdgeMap, points: FloatArray, search_px: float)
     safe = np.where(norm > 0, norm, 1.0)
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / safe[:, None]
     reach = np.arange(-search_px - STEP_PX, search_px + 1.5 * STEP_PX, STEP_PX)
-    at = uv[:, :, None, :] + reach[:, None] * normal[:, None, None, :]
-    at = np.where(visible[..., None, None], at, -1e6)
-    flat: NDArray[np.float32] = at.reshape(len(at), -1, 2).astype(np.float32)
-    gx = _bilinear(edges.gx, flat).reshape(at.shape[:-1])
-    gy = _bilinear(edges.gy, flat).reshape(at.shape[:-1])
-    across = gx * normal[:, None, None, 0] + gy * normal[:, None, None, 1]
+    across = np.zeros((*visible.shape, len(reach)), dtype=np.float32)
+    u, v = (
+        (np.where(visible, uv[..., k], -1e6)[..., None] + reach * normal[:, None, k, None])
+        .astype(np.float32)
+        .reshape(len(uv), -1)
+        for k in (0, 1)
+    )
+    for k, slope in enumerate((edges.gx, edges.gy)):
+        there = cv2.remap(slope, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+        across += there.reshape(across.shape) * normal[:, None, k, None].astype(np.float32)
     offset, strength = peak(np.abs(across), reach)
     strength = strength / edges.gradient_noise
     found = visible & (strength > MIN_GRADIENT_SD) & (norm > 0)[:, None]
     return EdgeReadings(np.where(found, offset, np.nan), uv, normal, strength, visible)
-
-
-def _bilinear(picture: NDArray[np.float32], at: NDArray[np.float32]) -> FloatArray:
-    return cv2.remap(
-        picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT
-    ).astype(np.float64)
 
 
 def peak(response: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -14,8 +14,12 @@ MIN_VISIBLE = 0.6
 
 def segment_samples(segments: FloatArray, count: int) -> FloatArray:
     """Return points (n, count, 3) evenly inside segments (n, 2, 3), ends left out."""
-    t = (np.arange(count) + 0.5) / count
-    return segments[:, None, 0] + t[:, None] * (segments[:, None, 1] - segments[:, None, 0])
+    along = segments[:, None, 1] - segments[:, None, 0]
+    return segments[:, None, 0] + _places(count)[:, None] * along
+
+
+def _places(count: int) -> FloatArray:
+    return (np.arange(count) + 0.5) / count
 
 
 def project_points(projection: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -29,20 +33,31 @@ def project_points(projection: FloatArray, points: FloatArray) -> tuple[FloatArr
 
 def project_to_views(projections: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return pixels (v, n, 2) and depths (v, n) of points (n, 3) by projections (v, 3, 4)."""
-    h = projections[:, :, :3] @ points.T + projections[:, :, 3:]
+    # One product of two flat matrices: a stack of small ones is slower.
+    flat = projections[:, :, :3].reshape(-1, 3) @ points.T
+    h = flat.reshape(len(projections), 3, len(points)) + projections[:, :, 3:]
     depth = h[:, 2]
     safe = np.where(depth > 0, depth, np.inf)
     return (h[:, :2] / safe[:, None]).transpose(0, 2, 1), depth
 
 
-def hits(view: View, edges: EdgeMap, samples: FloatArray) -> tuple[NDArray[np.bool_], ...]:
-    """Return which samples (n, m, 3) lie on an edge of their direction, and which are in view."""
-    uv, depth = project_points(view.projection, samples)
+def hits(
+    view: View, edges: EdgeMap, segments: FloatArray, samples: int
+) -> tuple[NDArray[np.bool_], ...]:
+    """Return which of so many samples (n, m), as of `segment_samples`, of segments (n, 2, 3) lie on
+    an edge of their direction, and which are in view.
+    """
+    # Homogeneous pixels, (3, n, m), are as even along a segment as its samples.
+    start, end = (
+        view.projection[:, :3] @ segments[:, k].T + view.projection[:, 3:] for k in (0, 1)
+    )
+    x, y, depth = start[..., None] + (end - start)[..., None] * _places(samples)
+    depth = np.where(depth > 0, depth, np.inf)
+    u, v = x / depth, y / depth
     height, width = view.image.shape
-    column, row = np.rint(uv[..., 0]), np.rint(uv[..., 1])
-    inside = (depth > 0) & (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    along = uv[:, -1] - uv[:, 0]
-    bits = encode_direction(np.arctan2(along[:, 1], along[:, 0]))
+    column, row = np.rint(u), np.rint(v)
+    inside = (depth < np.inf) & (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    bits = encode_direction(np.arctan2(v[:, -1] - v[:, 0], u[:, -1] - u[:, 0]))
     at = np.where(inside, row * width + column, 0).astype(np.intp)
     return inside & ((edges.mask.take(at) & bits[:, None]) != 0), inside
 
@@ -53,10 +68,9 @@ def coverage(
     """Return the share (n, V) of each segment (n, 2, 3) found in each view; NaN where it is out of
     view.
     """
-    points = segment_samples(segments, samples)
     result = np.full((len(segments), len(views)), np.nan)
     for k, (view, edges) in enumerate(zip(views, maps, strict=True)):
-        found, inside = hits(view, edges, points)
+        found, inside = hits(view, edges, segments, samples)
         visible = inside.mean(axis=1) >= MIN_VISIBLE
         result[visible, k] = found[visible].sum(axis=1) / inside[visible].sum(axis=1)
     return result
