@@ -26,7 +26,7 @@ from facetlog.errors import InputError
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact
 from facetlog.perception.facts.facts_code import SHAPES_CODE, facts_code_hash
 from facetlog.perception.facts.named_rows import FactColumns, convert_to_rows
-from facetlog.perception.shapes.shape_options import ShapeOptions, is_scene_file
+from facetlog.perception.shapes.shape_options import SUFFIXES, ShapeOptions, is_scene_file
 from facetlog.safe_read import Signature, record_reads
 
 if TYPE_CHECKING:
@@ -118,6 +118,8 @@ class KeptScene:
         """Digest of what the scene follows from, but for files beside; None if nothing is kept."""
         if self._files.folder is None or self._path.is_dir() or self._path.name == AMBIGUOUS:
             return None
+        if self._data is None and self._path.suffix.lower() not in SUFFIXES:
+            return None  # it is said so where it is read
         parts = [
             LAYOUT,
             __version__,
