@@ -28,7 +28,13 @@ from facetlog.kb.loading.model_code import (
 )
 from facetlog.kb.recognize import open_knowledge_base
 
-__all__ = ["BatchJudge", "collect_columns", "collect_evidence"]
+__all__ = [
+    "BatchJudge",
+    "collect_columns",
+    "collect_evidence",
+    "decode_part",
+    "split_fields",
+]
 
 # Facts that say how a thing was measured: the kinds of surface (without one it was found in
 # pictures), and all that evidence is made of.
@@ -141,7 +147,7 @@ class BatchJudge(Closing):
             self._forget(code)
             raise
         self._code = code
-        return tuple(self._verdicts(_split_fields(said), code, collect_evidence(facts)))
+        return tuple(self._verdicts(split_fields(said), code, collect_evidence(facts)))
 
     def _verdicts(
         self, fields: Sequence[str], code: OpenCode, evidence: Mapping[str, Evidence]
@@ -154,7 +160,7 @@ class BatchJudge(Closing):
             limit = LIMITS.get(proposed, "")
             count = 0 if limit else int(proposed)
             cost = Cost(count, int(next(field)), float(next(field)))
-            parts = tuple(_part(field) for _ in range(int(next(field))))
+            parts = tuple(decode_part(field) for _ in range(int(next(field))))
             sizes = tuple(
                 (next(field), float(next(field)), float(next(field)))
                 for _ in range(int(next(field)))
@@ -232,14 +238,16 @@ def collect_columns(rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]) -> dict
     }
 
 
-def _part(field: Iterator[str]) -> tuple[str, tuple[str, ...]]:
+def decode_part(field: Iterator[str]) -> tuple[str, tuple[str, ...]]:
+    """Return role and names from the fields that part_fields/3 of batch.pl writes."""
     kind, role, name = (next(field) for _ in range(3))
     if kind == "group":
         return role, tuple(next(field) for _ in range(int(name)))
     return role, () if name == UNSEEN else (name,)
 
 
-def _split_fields(said: Term) -> Sequence[str]:
+def split_fields(said: Term) -> Sequence[str]:
+    """Return the fields that joined_fields/2 of batch.pl joined."""
     if isinstance(said, str):
         return said.split(SEPARATOR) if said else ()
     fields: tuple[str, ...] = decode_record(said, tuple[str, ...])

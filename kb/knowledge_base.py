@@ -257,7 +257,7 @@ class KnowledgeBase(Closing):
 
         With `near` its conditions have what comes nearest to their sets.
         """
-        self._prepare(model)
+        self.prepare(model)
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
         verdict = self._verdict("judge_near" if near else "judge", scene, about)
         return self._add_confidence(verdict, scene)
@@ -284,15 +284,16 @@ class KnowledgeBase(Closing):
         verdict = self._add_others(replace(verdict, assumed=sight.assumed), scene)
         return verdict if parts else self._add_confidence(verdict, scene)
 
-    def _prepare(self, model: str) -> None:
-        """Have the rules ready that verdicts on a model are searched by, beyond the limits of a
-        question: the built-in models' together, for they ask for each other.
+    def prepare(self, model: str) -> frozenset[str]:
+        """Specialise the rules that verdicts on a model are searched by, beyond the limits of a
+        question, and return the kinds of facts that they ask for.
+
+        Those of the built-in models are made together, for they ask for each other.
         """
-        rules = self._model(model)
         self._prepare_builtin()
-        if rules.own:
-            about = Struct("code", (Atom(rules.module), (Atom(model),)))
-            self.request("prepare_code", about, seconds=LOAD_SECONDS)
+        about = Struct("code", (Atom(self._model(model).module), (Atom(model),)))
+        kinds = self.request("prepare_code", about, seconds=LOAD_SECONDS)
+        return frozenset(decode_record(kinds, tuple[str, ...]))
 
     def _prepare_builtin(self) -> None:
         with self._lock:
@@ -371,7 +372,7 @@ class KnowledgeBase(Closing):
     def _build_subject_terms(
         self, model: str, thing: str | None, parts: Mapping[str, str]
     ) -> tuple[Term, ...]:
-        self._prepare(model)
+        self.prepare(model)
         things: Term = Atom("all") if thing is None else (Atom(thing),)
         given = tuple(Struct("-", (Atom(role), Atom(face))) for role, face in parts.items())
         return (Atom(self._model(model).module), Atom(model), things, given)

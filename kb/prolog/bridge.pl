@@ -34,6 +34,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(code)).
 :- use_module(facetlog_kb(batch)).
+:- use_module(facetlog_kb(gallery)).
 :- use_module(facetlog_kb(near_miss)).
 :- use_module(facetlog_kb(members)).
 :- use_module(facetlog_kb(origin)).
@@ -212,10 +213,10 @@ result("use_code", Text, true) :-
     term_string(code(Base, Target), Text),
     ask_base(Base, all),
     use_code(Target).
-result("prepare_code", Text, true) :-
+result("prepare_code", Text, Kinds) :-
     term_string(code(Base, Module, Models), Text),
     ask_base(Base, all),
-    prepare_code(Module, Models).
+    prepare_code(Module, Models, Kinds).
 result("close_code", Text, true) :-
     term_string(Target, Text),
     close_code(Target).
@@ -231,6 +232,13 @@ result("judge_batch", Text, Verdicts) :-
         true,
         bounded(Bounds, encoded_verdicts(Target, Columns, Inferences, Verdicts)),
         empty_code(Target)).
+result("gallery_conditions", Text, Conditions) :-
+    term_string(gallery(_, Module, Model), Text),
+    gallery_conditions(Module, Model, Conditions).
+result("judge_gallery", Text, Verdicts) :-
+    term_string(gallery(Base, Module, Model, Inferences, Bounds, Scenes), Text),
+    ask_base(Base, all),
+    bounded(Bounds, gallery_verdicts(Module, Model, Scenes, Inferences, Verdicts)).
 result("batch_conditions", Text, Models) :-
     term_string(code(_, Target), Text),
     batch_conditions(Target, Models).

@@ -1,5 +1,7 @@
 :- module(facetlog_batch, [ encoded_verdicts/4,   % +Target, +Facts, +Inferences, -Encoded
                             brief_verdicts/3,     % +Target, +Inferences, -Verdicts
+                            joined_fields/2,      % +Fields, -Encoded
+                            part_fields/3,        % +Part, -Fields, ?Rest
                             batch_conditions/2    % +Target, -Models
                           ]).
 
@@ -36,6 +38,11 @@ encoded_verdicts(Target, Facts, Inferences, Encoded) :-
     await_facts(Target, Facts),
     brief_verdicts(Target, Inferences, Verdicts),
     foldl(fields, Verdicts, Fields, []),
+    joined_fields(Fields, Encoded).
+
+%!  joined_fields(+Fields, -Encoded) is det.
+
+joined_fields(Fields, Encoded) :-
     separator(Separator),
     atomic_list_concat(Fields, Separator, Text),
     (   atomic_list_concat(Split, Separator, Text),
@@ -52,6 +59,8 @@ fields(brief(Model, Thing, State, Low, High, Parts, Sizes, cost(Candidates, Infe
     foldl(part_fields, Parts, Fields, [SizeCount|SizeFields]),
     length(Sizes, SizeCount),
     foldl(size_fields, Sizes, SizeFields, Rest).
+
+%!  part_fields(+Part, -Fields, ?Rest) is det.
 
 part_fields(group(Role, Names), [group, Role, Count|Fields], Rest) :-
     length(Names, Count),

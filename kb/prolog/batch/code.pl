@@ -5,7 +5,7 @@
                            empty_code/1,        % +Target
                            close_code/1,        % +Target
                            with_code/4,         % +Module, +Model, -Target, :Goal
-                           prepare_code/2,      % +Module, +Models
+                           prepare_code/3,      % +Module, +Models, -Kinds
                            use_code/1,          % +Target
                            drop_code/1          % +Module
                          ]).
@@ -179,12 +179,18 @@ write_code(Module, Crisp, Model) :-
         use_code(Target)
     ).
 
-%!  prepare_code(+Module, +Models) is det.
+%!  prepare_code(+Module, +Models, -Kinds) is det.
 %
-%   Specialises those of Models that are not yet.
+%   Specialises those of Models that are not yet. Kinds are the functors of the facts that they ask for.
 
-prepare_code(Module, Models) :-
-    forall(member(Model, Models), code_of(Module, Model, _)).
+prepare_code(Module, Models, Kinds) :-
+    findall(Kind,
+            ( member(Model, Models),
+              code_of(Module, Model, Target),
+              code_fact(Target, Head),
+              functor(Head, Kind, _) ),
+            Kinds0),
+    sort(Kinds0, Kinds).
 
 %!  use_code(+Target) is det.
 %

@@ -1,6 +1,7 @@
 :- module(facetlog_specialise, [ specialised/2,       % +Model, +Context
                                  all_outlines/5,       % +Names, +Target, +Thing, +Parts, -Outlines
                                  all_outlined/5,       % +Target, +Model, +Thing, +Parts, -Outline
+                                 together_outlined/5,  % +Names, +Target, +Thing, +Parts, -Outline
                                  all_hopeless/3,       % +Target, +Model, +Candidates
                                  all_hold/4            % +Target, +Model, +Thing, +Parts
                                ]).
@@ -278,8 +279,15 @@ all_hold(Target, Model, Thing, Parts) :-
 %   What the conditions of Model come to together, outline(State, Low, High): in the order of the file, in
 %   which a proof has them, so that not a digit differs.
 
-all_outlined(Target, Model, Thing, Parts, outline(State, Low, High)) :-
+all_outlined(Target, Model, Thing, Parts, Outline) :-
     Target:lines(Model, Names),
+    together_outlined(Names, Target, Thing, Parts, Outline).
+
+%!  together_outlined(+Names, +Target, +Thing, +Parts, -Outline) is det.
+%
+%   The same of the conditions whose predicates Names are.
+
+together_outlined(Names, Target, Thing, Parts, outline(State, Low, High)) :-
     all_outlines(Names, Target, Thing, Parts, Outlines),
     start(all, full, Sum0),
     foldl(outline_joined, Outlines, Sum0, Sum),
