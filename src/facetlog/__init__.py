@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from facetlog.errors import FacetlogError, InputError
     from facetlog.kb.explaining.verdict import Verdict
     from facetlog.library.calls import ask, classify, read_scene, recognize
+    from facetlog.library.gallery import Gallery
     from facetlog.library.result import Reason, Result
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import View
@@ -17,6 +18,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "FacetlogError",
+    "Gallery",
     "InputError",
     "Reason",
     "Result",
@@ -33,6 +35,7 @@ __all__ = [
 # The modules of classes; functions are in library.calls.
 _PLACES = {
     "FacetlogError": "errors",
+    "Gallery": "library.gallery",
     "InputError": "errors",
     "Reason": "library.result",
     "Result": "library.result",

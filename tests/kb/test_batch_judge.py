@@ -274,7 +274,7 @@ def test_what_takes_too_long_is_unknown_alone() -> None:
     small, large = facts_of("wedge"), facts_of("shelf", boards=12)
     with BatchJudge() as judge:
         unlimited = {verdict.model: verdict for verdict in judge.judge(large)}
-    with BatchJudge(limits=Limits(inferences=1_500_000)) as judge:
+    with BatchJudge(limits=Limits(inferences=300_000)) as judge:
         before = judge.judge(small)
         found = judge.judge(large)
         beyond = {verdict.model for verdict in found if verdict.limit}

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.kb import batch_judge
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.brief_verdict import BriefVerdict
+from facetlog.kb.loading import model_code
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
 
@@ -50,7 +50,8 @@ def verdicts(judge: BatchJudge, name: str = "table") -> tuple[BriefVerdict, ...]
 
 def is_kept(judge: BatchJudge) -> bool:
     """Return whether its models stand in a module that is named by what it holds."""
-    return judge._scene.startswith("facetlog_batch:")
+    code = judge._code
+    return code is not None and code.target.startswith("facetlog_code:")
 
 
 @pytest.mark.slow
@@ -62,7 +63,7 @@ def test_kept_code_judges_as_what_was_written(
     needed, conditions = first.needed, first.conditions()
     assert len(list(folder.iterdir())) == 1
     first.close()
-    monkeypatch.setattr(batch_judge.SceneCache, "save", None)  # nothing is written again
+    monkeypatch.setattr(model_code.SceneCache, "save", None)  # nothing is written again
     again = opened()
     assert is_kept(again)
     assert (again.needed, again.conditions()) == (needed, conditions)

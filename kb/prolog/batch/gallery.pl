@@ -25,7 +25,7 @@ condition says and the values that it compares.
 %!  gallery_conditions(+Module, +Model, -Conditions) is det.
 %
 %   Conditions has condition(Label, Place, Text, Compared) for each condition, in the order of the file;
-%   Compared are the texts of what it compares of single parts.
+%   Compared has compared(Measure, Limits) in texts for each measure of single parts.
 
 gallery_conditions(Module, Model, Conditions) :-
     once(Module:model(Model, _, Roles)),
@@ -34,8 +34,19 @@ gallery_conditions(Module, Model, Conditions) :-
               written(Module, Model, Label, Place, Text),
               ( Parts = Roles -> true ; true ),
               ( Thing = this -> true ; true ),
-              findall(One, ( member(M-B, Comparisons), format(string(One), "~w: ~w", [M, B]) ), Compared) ),
+              findall(compared(Measure, Limits),
+                      ( member(M-B, Comparisons),
+                        sharp(B, Sharp),
+                        format(string(Measure), "~w", [M]),
+                        format(string(Limits), "~w", [Sharp]) ),
+                      Compared) ),
             Conditions).
+
+sharp(Bounds, Sharp) :-
+    ( Bounds = soft(Inner, _) ; Bounds = fading(Inner, _) ),
+    !,
+    sharp(Inner, Sharp).
+sharp(Bounds, Bounds).
 
 %   Comparisons are Measure-Bounds of the parts alone; what a quantifier goes through is none.
 compared_line(Module, Model, Label, Thing, Parts, Comparisons) :-

@@ -241,26 +241,28 @@ all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
 
 %!  all_hopeless(+Target, +Model, +Candidates) is semidet.
 %
-%   By the conditions of Model each of Candidates, Thing-Parts, has a degree of next to nothing: so all fail.
+%   By the conditions of Model each of Candidates, Thing-Parts, fails with a degree of next to nothing.
 
 all_hopeless(Target, Model, Candidates) :-
     Target:cheapest(Model, Names),
     \+ ( member(Thing-Parts, Candidates),
-         \+ hopeless(Names, Target, Thing, Parts, 1) ).
+         \+ hopeless(Names, Target, Thing, Parts, so_far(holds, 1)) ).
 
-%   Degrees are multiplied: what has come down to that stays there.
-hopeless([Name|Names], Target, Thing, Parts, High0) :-
+%   Degrees are multiplied, and what fails does so whatever else holds: neither is made good again.
+hopeless([Name|Names], Target, Thing, Parts, SoFar0) :-
     call(Target:Name, Thing, Parts, Outlines),
-    foldl(times_high, Outlines, High0, High),
-    (   least_degree(Least),
+    foldl(further, Outlines, SoFar0, SoFar),
+    (   SoFar = so_far(fails, High),
+        least_degree(Least),
         High < Least
     ->  true
-    ;   hopeless(Names, Target, Thing, Parts, High)
+    ;   hopeless(Names, Target, Thing, Parts, SoFar)
     ).
 
 least_degree(0.001).
 
-times_high(outline(_, _, H, _), High0, High) :-
+further(outline(S, _, H, _), so_far(S0, High0), so_far(S1, High)) :-
+    ( S == fails -> S1 = fails ; S1 = S0 ),
     High is High0*H.
 
 %!  all_hold(+Target, +Model, +Thing, +Parts) is semidet.

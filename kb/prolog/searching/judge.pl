@@ -76,11 +76,11 @@ outcome(Module, Model, Thing, Outcome) :-
            searching(Module, Model, Thing, Target, find_outcome(Target, Module, Model, Thing, Outcome))).
 
 find_outcome(Target, Module, Model, Thing, Outcome) :-
-    found_in(Target, Module, Model, Thing, _, Found),
+    candidates(Target, Model, Thing, Candidates),
+    best_by(Target, Module, Model, Candidates, Found, _),
     outcome_of(Found, Target, Model, Outcome).
 
 outcome_of(none, _, _, outcome(unknown, 0, 1)).
-outcome_of(refused, _, _, outcome(fails, 0, 0)).
 outcome_of(found(Thing, Parts, _), Target, Model, outcome(State, Low, High)) :-
     all_outlined(Target, Model, Thing, Parts, outline(State, Low, High)).
 

@@ -1,17 +1,18 @@
-"""What a model says of hundreds of scenes while its text is being written."""
+"""Galleries: a model is judged on hundreds of scenes while its text is being written."""
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.batch.inputs import find_scene_paths
-from facetlog.errors import InputError
+from facetlog.errors import InputError, RuleSyntaxError
 from facetlog.kb.batch_judge import decode_part, split_fields
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.terms import Atom, Struct
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.records import decode_record
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kept_scenes import SceneKeeper
 from facetlog.library.calls import Models
@@ -32,13 +33,13 @@ SHARE_OF_ONE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A condition of a model: its label, where and what its author wrote, and the measures of
-    single parts that it compares, each with its limits, as rules write them."""
+    """A condition of a model: its label, where and what its author wrote, and each measure of
+    single parts that it compares, with its limits, as rules write them."""
 
     label: str
     place: str
     text: str
-    compared: tuple[str, ...]
+    compared: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +65,8 @@ class Said:
 class GalleryVerdict:
     """Verdict on one thing of one scene.
 
-    `parts` are (role, names), none for what was not seen. Where the model is refused at once, or
-    nothing was proposed, there are neither parts nor conditions: `Gallery.near` finds them.
+    `parts` are (role, names), none for what was not seen. Where nothing was proposed, or nothing
+    has a degree that counts, there are neither parts nor conditions: `Gallery.why` has the nearest.
     """
 
     path: str
@@ -79,11 +80,15 @@ class GalleryVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What a model says of all scenes, in their order; `conditions` describe those of verdicts."""
+    """Verdicts of a model on all scenes, in their order; `conditions` describe those of verdicts.
+
+    `errors` says by path why a file could not be read.
+    """
 
     model: str
     conditions: tuple[Condition, ...]
     verdicts: tuple[GalleryVerdict, ...]
+    errors: Mapping[str, str]
 
 
 class Gallery(Closing):
@@ -91,7 +96,7 @@ class Gallery(Closing):
 
     `paths` are files, folders or globs, `models` others that the text may ask about. What was made
     of the files before is kept in the user's cache; facts stay loaded, so that the next text costs
-    little more than its compilation. Raise InputError for a file that cannot be read.
+    little more than its compilation. It belongs to one thread.
     """
 
     def __init__(
@@ -108,9 +113,11 @@ class Gallery(Closing):
             parse_up(up), up == FROM_THE_FLOOR, None if unit is None else parse_unit(unit, "unit")
         )
         keeper = SceneKeeper()
-        self._scenes = [keeper.open(Path(path), options) for path in self.paths]
-        self._loaded: frozenset[str] = frozenset()
+        self._scenes = {path: keeper.open(Path(path), options) for path in self.paths}
+        self._kinds: frozenset[str] = frozenset()
+        self._errors: dict[str, str] = {}
         self._folder = tempfile.TemporaryDirectory(prefix="facetlog-")
+        self._model = ""
         self._base = KnowledgeBase()
         try:
             for path in model_paths(models):
@@ -131,46 +138,64 @@ class Gallery(Closing):
         """
         path = Path(self._folder.name, "gallery.model")
         path.write_text(text, encoding="utf-8")
-        rules = self._base.load_rules(path)
+        try:
+            rules = self._base.load_rules(path)
+        except RuleSyntaxError as exc:
+            raise RuleSyntaxError(str(exc).replace(str(path), "text")) from None
         if not rules.models:
             raise InputError("the text defines no model: begin with `model NAME`")
-        model = rules.models[-1]
+        model = self._model = rules.models[-1]
         self._load(self._base.prepare(model))
         about = (Atom(rules.module), Atom(model))
         described = self._base.request("gallery_conditions", Struct("gallery", about))
         conditions = tuple(Condition(*each) for each in decode_record(described, _CONDITIONS))
-        limits = self._base.limits
-        modules = tuple(Atom(self._base.scenes[path].module) for path in self.paths)
+        limits, scenes = self._base.limits, self._base.scenes
+        modules = tuple(Atom(scene.module) for scene in scenes.values())
         asked = (*about, int(SHARE_OF_ONE * limits.inferences), limits.bounds, modules)
         said = self._base.request("judge_gallery", Struct("gallery", asked))
-        verdicts = tuple(self._decode(iter(split_fields(said)), conditions))
-        return Judgement(model, conditions, verdicts)
+        verdicts = tuple(_decode(iter(split_fields(said)), tuple(scenes), conditions))
+        return Judgement(model, conditions, verdicts, dict(self._errors))
+
+    def why(self, path: str, thing: str) -> Verdict:
+        """Return the verdict of the text that was judged last, with its reasons; of what fails on
+        the nearest miss.
+
+        Raise QueryError for a thing that there is not.
+        """
+        return self._base.why(path, self._model, thing=thing)
 
     def _load(self, kinds: frozenset[str]) -> None:
         """Load the facts of further kinds."""
-        if kinds <= self._loaded and self._base.scenes:
+        if kinds <= self._kinds:
             return
-        wanted = kinds | self._loaded | {"thing"}
-        for path, scene in zip(self.paths, self._scenes, strict=True):
-            self._base.load_scene(path, _iter_rows(scene.facts(wanted)))
-        self._loaded = wanted
-
-    def _decode(
-        self, fields: Iterator[str], conditions: tuple[Condition, ...]
-    ) -> Iterator[GalleryVerdict]:
-        for number in fields:
-            thing, state, low, high, more = (next(fields) for _ in range(5))
-            verdict = (self.paths[int(number)], thing, State(state), float(low), float(high))
-            if more == "0":
-                yield GalleryVerdict(*verdict)
+        self._kinds |= kinds | {"thing"}
+        for path, scene in self._scenes.items():
+            if path in self._errors:
                 continue
-            parts = tuple(decode_part(fields) for _ in range(int(next(fields))))
-            said = tuple(_decode_said(fields, len(each.compared)) for each in conditions)
-            yield GalleryVerdict(*verdict, parts, said)
+            try:
+                facts = scene.facts(self._kinds)
+            except InputError as exc:
+                self._errors[path] = str(exc)
+                continue
+            self._base.load_scene(path, _iter_rows(facts))
+
+
+def _decode(
+    fields: Iterator[str], paths: Sequence[str], conditions: tuple[Condition, ...]
+) -> Iterator[GalleryVerdict]:
+    for number in fields:
+        thing, state, low, high, more = (next(fields) for _ in range(5))
+        verdict = (paths[int(number)], thing, State(state), float(low), float(high))
+        if more == "0":
+            yield GalleryVerdict(*verdict)
+            continue
+        parts = tuple(decode_part(fields) for _ in range(int(next(fields))))
+        said = tuple(_decode_said(fields, len(each.compared)) for each in conditions)
+        yield GalleryVerdict(*verdict, parts, said)
 
 
 # condition(Label, Place, Text, Compared) of each condition.
-_CONDITIONS = tuple[tuple[str, str, str, tuple[str, ...]], ...]
+_CONDITIONS = tuple[tuple[str, str, str, tuple[tuple[str, str], ...]], ...]
 
 
 def _decode_said(fields: Iterator[str], count: int) -> Said:

@@ -50,6 +50,8 @@ needs([ ( condition(m, a, "", T, [A, _], some(F, Fs, upward(F))) :-
               findall(F, face_of(T, F), All), include(broad, All, Broad), exclude(==(A), Broad, Fs) ),
         ( broad(F) :- holds(at_least(share(F), 0.4)) ) ],
       [share/3, tilt/3, upward/1]).
+needs([ ( condition(m, a, "", _, [_, _], some(F, Fs, upward(F))) :- findall(F, face_of(_, F), Fs) ) ],
+      [tilt/3, upward/1]).
 needs([ ( condition(m, a, "", T, [_, _], at_least(count(Fs), 2)) :-
               ( setof(F, A^B^between(T, A, F, B), Fs) -> true ; Fs = [] ) ),
         ( between(T, A, F, B) :-

@@ -16,7 +16,7 @@ from tests.kb.meaning.terms import Term
 
 __all__ = ["Verdict", "rank", "scene_of", "verdict", "verdict_on"]
 
-BLOCK = 54  # choices that are tried together where none can hold
+BLOCK = 6  # choices that are tried together where none can hold
 MOST_CHOICES = 60  # that are proposed as far as a thing was seen
 RESOLUTION = 1e-9
 
@@ -110,12 +110,12 @@ def _best(judged: Scene, model: Model) -> Parts | None:
 
 
 def _none_holds(judged: Scene, model: Model, choices: Sequence[Parts]) -> bool:
-    """Return whether a condition without a search, of some of the parts only, holds for no
+    """Return whether a condition without a search, of one part or not of all, holds for no
     choice."""
     for line in model.lines:
         asked = [part for part in model.parts if _names(line.test, part)]
         plain = not (line.members or line.each or line.where is not None)
-        if plain and len(asked) < len(model.parts):
+        if plain and (len(asked) < len(model.parts) or len(asked) == 1):
             states = (said(_with(judged, model, parts), line.test)[0] for parts in choices)
             if all(state != HOLDS for state in states):
                 return True
