@@ -38,13 +38,6 @@ _BY_REASON: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("batch/specialise.pl", "reverse(‹Steps0, Reversed›),", "Reversed, Steps0"),
     ),
     "a product of two has no order": (("meaning/quantities.pl", "product(‹X, Y›, V),", "Y, X"),),
-    "of two lists as long as each other either is the first": (
-        (
-            "meaning/left_open.pl",
-            "( Some = [_] -> true ; \\+ same_length(‹Some, PartVariables›) ).",
-            "PartVariables, Some",
-        ),
-    ),
     "what is in both has no order": (
         ("batch/partial.pl", "shared(‹Then1, CodeIf›, Shared),", "CodeIf, Then1"),
     ),

@@ -277,7 +277,8 @@ kept_answers(answers, Head, Anew, Context) :-
     Anew =.. [_, Given, Answer],
     atom_concat(Name, ' all', All),
     Kept =.. [All, Given, Answers],
-    put_remembered(Context, Kept, [Given], [Answers], findall(Answer, Anew, Answers)),
+    put_remembered(Context, Kept, [Given], [Answers],
+                   ( findall(Answer, Anew, Found), sort(Found, Answers) )),
     put_clause(Context, (Head :- nonvar(Given), !, Kept, lists:member(Answer, Answers))),
     put_clause(Context, (Head :- Anew)).
 

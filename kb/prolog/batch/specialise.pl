@@ -31,7 +31,8 @@ always did; nothing is judged in another way.
 %
 %   Target can judge Model, one of Module, from now on. It has
 %
-%     - candidate(Model, Thing, Parts), nondet, as the module itself;
+%     - candidate(Model, Thing, Parts), nondet, as the module itself, and in_turn(Model) if they come one after
+%       the other in an order that does not depend on that of the facts;
 %     - plan(Model, Plan), as plan/3 has it, with group(Target, Name, Most) for one label or several:
 %       Name(Thing, Parts, Outlines) gives the outlines of their conditions;
 %     - lines(Model, Names): the same for each condition, in the order of the file;
@@ -48,7 +49,7 @@ specialised(Model, Context) :-
 
 model_code(Context, Model) :-
     Context = context(Module, _, _),
-    put_seen_through(Context, candidate(Model, Thing, Parts), Module:candidate(Model, Thing, Parts)),
+    candidate_code(Context, Model),
     findall(line(Label, LineThing, LineParts, Test, Body),
             clause(Module:condition(Model, Label, _, LineThing, LineParts, Test), Body),
             Lines),
@@ -67,6 +68,21 @@ model_code(Context, Model) :-
     put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
     forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), SizeBody),
            size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody)).
+
+%   What the language compiles to proposes what is likely, and only if nothing is what comes near: one after the
+%   other, if no more are wanted.
+candidate_code(Context, Model) :-
+    Context = context(Module, _, _),
+    Head = candidate(Model, _, Parts),
+    (   findall(Head-Body, clause(Module:Head, Body), [Head-( findall(All, Likely, Found),
+                                                              ( Empty -> Distant ; member(One, Same) ) )]),
+        Empty == ( Found == [] ),
+        All == Parts, One == Parts, Same == Found
+    ->  put_seen_through(Context, Head, Module:( Likely *-> true ; Distant )),
+        put_clause(Context, in_turn(Model))
+    ;   put_seen_through(Context, Head, Module:Head),
+        put_clause(Context, (in_turn(Model) :- fail))
+    ).
 
 %   Head does what Goal does; what cannot be seen through is called as it is.
 put_seen_through(Context, Head, Module:Goal) :-

@@ -41,7 +41,7 @@ explained(Target, Module, Model, Things, Given0, explained(Verdict, Asked)) :-
     partition(of_set(Sets), Given0, Members, Given),
     meant_things(Module, Model, Things, Given0, Sets, Meant),
     agreeing(Meant, Target, Module, Model, Given, Candidates),
-    best_of(Target, Module, Model, Candidates, Best),
+    best_of(Target, Model, Candidates, Best),
     (   Best = best(_, Thing, Parts, _)
     ->  maplist(asked_in(Module, Model, Thing, Parts), Members, Asked)
     ;   ( Meant = [Thing|_] -> true ; Thing = '' ),     % the scene has nothing
@@ -72,8 +72,7 @@ misses(Target, Module, Model, Things, Given, Count, Verdicts) :-
     forall(member(Role-_, Given), must_exist(\+ memberchk(Role, Sets), single_part, Role)),
     meant_things(Module, Model, Things, Given, [], Meant),
     agreeing(Meant, Target, Module, Model, Given, Candidates0),
-    looked_further(Candidates0, Module, Model, Given, Candidates1),
-    open_candidates(Target, Module, Model, Candidates1, Candidates),
+    looked_further(Candidates0, Module, Model, Given, Candidates),
     Target:plan(Model, Plan),
     start(miss, Candidates, Plan, Queue),
     nearest(Count, Queue, Misses),
@@ -168,11 +167,17 @@ agreeing(Things, Target, Module, Model, Given, Candidates) :-
     once(Module:model(Model, _, Roles)),
     findall(Candidate,
             ( member(Thing, Things),
-              while_judging(Module, Model, Thing, candidates(Target, Model, Thing, Proposed)),
+              while_judging(Module, Model, Thing, proposed(Given, Target, Module, Model, Thing, Proposed)),
               agreeing_with(Given, Roles, Thing, Proposed, Agreed),
               member(Candidate, Agreed) ),
             Bag),
     sort(Bag, Candidates).
+
+proposed([], Target, Module, Model, Thing, Proposed) :-
+    !,
+    considered(Target, Module, Model, Thing, Proposed).
+proposed(_, Target, _, Model, Thing, Proposed) :-
+    candidates(Target, Model, Thing, Proposed).
 
 agreeing_with(Given, Roles, Thing, Proposed, Agreed) :-
     include(agrees(Given, Roles), Proposed, Agreed0),

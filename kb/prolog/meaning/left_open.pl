@@ -1,4 +1,4 @@
-:- module(facetlog_left_open, [ blocks/4              % +Module, +Model, +Candidates, -Blocks
+:- module(facetlog_left_open, [ none_can_hold/4       % +Target, +Module, +Model, +Thing
                               ]).
 
 /** <module> Where nothing can hold
@@ -10,62 +10,32 @@ not fail then settles what the verdict is.
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(facetlog_kb(say)).
+:- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(variables)).
-:- use_module(facetlog_kb(in_progress)).
 
-%   As many as are tried for the first of several parts that may be unseen (joins.py): so many are searched
-%   for the best of them before it is asked whether others can be better.
-block_size(6).
-
-%!  blocks(+Module, +Model, +Candidates, -Blocks) is det.
+%!  none_can_hold(+Target, +Module, +Model, +Thing) is semidet.
 %
-%   Candidates, a sorted list of Thing-Parts, in lists that follow each other; there is but one unless
-%   none of Candidates can hold. An assignment that does not fail is then as good as any: who finds
-%   one in a block need not search the next.
+%   A condition that asks for one part alone holds for nothing that the scene has. Target has the conditions'
+%   specialised rules.
 
-blocks(Module, Model, Candidates, Blocks) :-
-    block_size(Size),
-    length(Block, Size),
-    (   append(Block, [Next|Rest], Candidates),
-        none_holds(Module, Model, Candidates)
-    ->  Blocks = [Block|Others],
-        split([Next|Rest], Size, Others)
-    ;   Blocks = [Candidates]
-    ).
-
-split(Candidates, Size, Blocks) :-
-    length(Block, Size),
-    (   append(Block, [Next|Rest], Candidates)
-    ->  Blocks = [Block|Others],
-        split([Next|Rest], Size, Others)
-    ;   Blocks = [Candidates]
-    ).
-
-%   A condition that asks for few of the parts, the fewest first, holds for none of those that are
-%   proposed for them.
-none_holds(Module, Model, Candidates) :-
-    findall(Count-line(Thing, Parts, Some, Test),
-            ( clause(Module:condition(Model, _, _, Thing, Parts, Test), true),
-              some_parts(Thing, Parts, Test, Some),
-              length(Some, Count) ),
-            Lines0),
-    keysort(Lines0, Lines),
-    member(_-line(Thing, Parts, Some, Test), Lines),
-    findall(Thing-Some, member(Thing-Parts, Candidates), All),
-    sort(All, Distinct),
-    \+ ( member(Thing-Some, Distinct), may_hold(Module, Model, Thing, Test) ),
-    !.
-
-%   Some are the variables of parts in Test: one, or at least not all there are.
-some_parts(Thing, Parts, Test, Some) :-
-    var(Thing),
+none_can_hold(Target, Module, Model, Thing) :-
+    Target:lines(Model, Names),
+    findall(line(Of, Parts, Test, Body), clause(Module:condition(Model, _, _, Of, Parts, Test), Body), Lines),
+    nth1(Number, Lines, line(Of, Parts, Test, true)),
+    var(Of),
     nonvar(Test),
     term_variables(Parts, PartVariables),
     term_variables(Test, TestVariables),
-    include(among(TestVariables), PartVariables, Some),
-    ( Some = [_] -> true ; \+ same_length(Some, PartVariables) ).
+    include(among(TestVariables), PartVariables, [Part]),
+    nth1(Number, Names, Name),
+    \+ ( named(Part),
+         call(Target:Name, Thing, Parts, Outlines),
+         memberchk(outline(holds, _, _, _), Outlines) ),
+    !.
 
-may_hold(Module, Model, Thing, Test) :-
-    while_judging(Module, Model, Thing, outline(Test, Module, Outline)),
-    Outline = outline(holds, _, _, _).
+named(Name) :- fact(face(Name)).
+named(Name) :- fact(piece(Name)).
+named(Name) :- fact(opening(Name)).
+named(Name) :- fact(hollow_of(Name, _)).
+named(Name) :- fact(edge(Name, _, _)).
+named(Name) :- fact(thing(Name)).

@@ -1,8 +1,8 @@
 :- module(facetlog_judge, [ judge/4,          % +Module, +Model, +Thing, -Verdict
                             standing/4,       % +Module, +Model, +Thing, -Standing
-                            best_of/5,        % +Target, +Module, +Model, +Candidates, -Best
+                            best_of/4,        % +Target, +Model, +Candidates, -Best
                             found_in/6,       % +Target, +Module, +Model, +Thing, -Count, -Found
-                            open_candidates/5, % +Target, +Module, +Model, +Candidates, -Open
+                            considered/5,     % +Target, +Module, +Model, +Thing, -Candidates
                             outcome/4,        % +Module, +Model, +Thing, -Outcome
                             verdict_of/5,     % +Best, +Module, +Model, +Thing, -Verdict
                             prove/6           % +Module, +Model, +Thing, +Parts, +Also, -Verdict
@@ -23,6 +23,7 @@ General lists the models of which this one is a special case.
 
 :- use_module(library(apply)).
 :- use_module(library(lists)).
+:- use_module(library(solution_sequences)).
 :- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(prove)).
 :- use_module(facetlog_kb(in_progress)).
@@ -49,8 +50,8 @@ searching(Module, Model, Thing, Target, Goal) :-
     with_code(Module, Model, Target, while_judging(Module, Model, Thing, Goal)).
 
 find_best(Target, Module, Model, Thing, Best) :-
-    candidates(Target, Model, Thing, Candidates),
-    best_of(Target, Module, Model, Candidates, Best).
+    considered(Target, Module, Model, Thing, Candidates),
+    best_of(Target, Model, Candidates, Best).
 
 %!  standing(+Module, +Model, +Thing, -Standing) is det.
 %
@@ -76,28 +77,27 @@ outcome(Module, Model, Thing, Outcome) :-
            searching(Module, Model, Thing, Target, find_outcome(Target, Module, Model, Thing, Outcome))).
 
 find_outcome(Target, Module, Model, Thing, Outcome) :-
-    candidates(Target, Model, Thing, Candidates),
-    best_by(Target, Module, Model, Candidates, Found, _),
-    outcome_of(Found, Target, Model, Outcome).
-
-outcome_of(none, _, _, outcome(unknown, 0, 1)).
-outcome_of(found(Thing, Parts, _), Target, Model, outcome(State, Low, High)) :-
-    all_outlined(Target, Model, Thing, Parts, outline(State, Low, High)).
+    considered(Target, Module, Model, Thing, Candidates),
+    (   best_by(Target, Model, Candidates, found(_, Parts, _), _)
+    ->  all_outlined(Target, Model, Thing, Parts, outline(State, Low, High)),
+        Outcome = outcome(State, Low, High)
+    ;   Outcome = outcome(unknown, 0, 1)
+    ).
 
 %!  found_in(+Target, +Module, +Model, +Thing, -Count, -Found) is det.
 %
-%   Found is found(Thing, Parts, Tally) of the best of the Count assignments that Model proposes; `none` if
+%   Found is found(Thing, Parts, Tally) of the best of the Count assignments that are considered; `none` if
 %   there are none; `refused` if each has a degree of next to nothing: which of them is the nearest miss is
 %   for those to find who ask.
 
 found_in(Target, Module, Model, Thing, Count, Found) :-
-    candidates(Target, Model, Thing, Candidates),
+    considered(Target, Module, Model, Thing, Candidates),
     length(Candidates, Count),
     (   Count =:= 0
     ->  Found = none
     ;   all_hopeless(Target, Model, Candidates)
     ->  Found = refused
-    ;   best_by(Target, Module, Model, Candidates, Found, _)
+    ;   best_by(Target, Model, Candidates, Found, _)
     ).
 
 %!  verdict_of(+Best, +Module, +Model, +Thing, -Verdict) is det.
@@ -110,63 +110,53 @@ verdict_of(none, Module, Model, Thing,
 verdict_of(best(_, Thing, Parts, Also), Module, Model, _, Verdict) :-
     prove(Module, Model, Thing, Parts, Also, Verdict).
 
-%!  best_of(+Target, +Module, +Model, +Candidates, -Best) is det.
+%!  best_of(+Target, +Model, +Candidates, -Best) is det.
 %
 %   Best is best(State, Thing, Parts, Also) on the best of Candidates, a list of Thing-Parts: one of which all
 %   conditions hold, with how many others hold as well; else the first of those that do not fail; else the
-%   nearest miss. Where none can hold (left_open.pl), the first of those that do not fail in the first block
-%   that has one. It is `none` if there are no Candidates.
+%   nearest miss. It is `none` if there are no Candidates.
 
-best_of(Target, Module, Model, Candidates, Best) :-
-    best_by(Target, Module, Model, Candidates, Found, Queue),
-    (   Found = found(Thing, Parts, _)
-    ->  in_all(Found, State),
+best_of(Target, Model, Candidates, Best) :-
+    (   best_by(Target, Model, Candidates, found(Thing, Parts, Tally), Queue)
+    ->  in_all(found(Thing, Parts, Tally), State),
         ( State == holds -> others_that_hold(Queue, Also) ; Also = 0 ),
         Best = best(State, Thing, Parts, Also)
     ;   Best = none
     ).
 
-%   Found is found(Thing, Parts, Tally) of the best, or `none`; Queue is what search.pl leaves of its block.
-best_by(Target, Module, Model, Candidates, Found, Queue) :-
+%   Found is found(Thing, Parts, Tally) of the best; Queue is what search.pl leaves. Fails if there is none.
+best_by(Target, Model, Candidates, Found, Queue) :-
     Target:plan(Model, Plan),
-    blocks(Module, Model, Candidates, Blocks),
-    best_in_blocks(Blocks, Plan, none, Found, Queue).
+    start(verdict, Candidates, Plan, Queue0),
+    next_best(verdict, Queue0, Queue, Found).
 
-%!  open_candidates(+Target, +Module, +Model, +Candidates, -Open) is det.
+%!  considered(+Target, +Module, +Model, +Thing, -Candidates) is det.
 %
-%   Open is the block that best_of/5 stops at, if there is one in which an assignment does not fail;
-%   else all of Candidates.
+%   Candidates are what the model proposes, a sorted list of Thing-Parts; where none of them can hold
+%   (left_open.pl) only the first few in turn of which one does not fail, for that is as good as any.
 
-open_candidates(Target, Module, Model, Candidates, Open) :-
-    blocks(Module, Model, Candidates, Blocks),
-    (   Blocks = [_]
-    ->  Open = Candidates
-    ;   Target:plan(Model, Plan),
-        member(Open, Blocks),
-        best_in_blocks([Open], Plan, none, Found, _),
-        Found \== none,
-        \+ in_all(Found, fails)
-    ->  true
-    ;   Open = Candidates
+considered(Target, Module, Model, Thing, Candidates) :-
+    (   first_open(Target, Module, Model, Thing, Candidates0)
+    ->  Candidates = Candidates0
+    ;   candidates(Target, Model, Thing, Candidates)
     ).
 
-%   Best0 is Key-Found of the blocks before, all of which fail, or none.
-best_in_blocks([], _, Best0, Found, Queue) :-
-    ( Best0 = _-Found -> true ; Found = none ),
-    Queue = none.
-best_in_blocks([Block|Blocks], Plan, Best0, Found, Queue) :-
-    start(verdict, Block, Plan, Queue0),
-    (   next_best(verdict, Queue0, Queue1, Found1)
-    ->  (   in_all(Found1, fails)
-        ->  Found1 = found(Thing, Parts, Tally),
-            key(verdict, open(Thing, Parts, Tally, []), Key),
-            ( Best0 = Key0-_, Key0 @< Key -> Nearest = Best0 ; Nearest = Key-Found1 ),
-            best_in_blocks(Blocks, Plan, Nearest, Found, Queue)
-        ;   Found = Found1,
-            Queue = Queue1
-        )
-    ;   best_in_blocks(Blocks, Plan, Best0, Found, Queue)
-    ).
+%   As many as are tried for the first of several parts that may be unseen (joins.py).
+few(6).
+
+first_open(Target, Module, Model, Thing, Open) :-
+    Target:in_turn(Model),
+    few(Few),
+    More is Few + 1,
+    findall(Thing-Parts, limit(More, Target:candidate(Model, Thing, Parts)), First),
+    length(First, More),
+    \+ all_hopeless(Target, Model, First),
+    none_can_hold(Target, Module, Model, Thing),
+    findnsols(Few, Thing-Parts, Target:candidate(Model, Thing, Parts), Next),
+    sort(Next, Open),
+    best_by(Target, Model, Open, Found, _),
+    \+ in_all(Found, fails),
+    !.
 
 %   Those that hold come before all that do not.
 others_that_hold(Queue0, Count) :-

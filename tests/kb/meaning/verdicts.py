@@ -16,7 +16,6 @@ from tests.kb.meaning.terms import Term
 
 __all__ = ["Verdict", "rank", "scene_of", "verdict", "verdict_on"]
 
-BLOCK = 6  # choices that are tried together where none can hold
 MOST_CHOICES = 60  # that are proposed as far as a thing was seen
 RESOLUTION = 1e-9
 
@@ -96,30 +95,10 @@ def _together(judged: Scene, model: Model, parts: Parts) -> Outline:
 
 
 def _best(judged: Scene, model: Model) -> Parts | None:
-    """Return the best of all choices; where none can hold, the first that does not fail in the
-    first block of choices that has one."""
-    choices = sorted(set(_candidates(judged, model)))
+    """Return the best of all choices."""
     outer = Scene(judged.case, judged.verdict, judged=judged.judged[:-1])
-    ranks = {parts: rank(outer, model, parts) for parts in choices}
-    blocks = [choices]
-    if len(choices) > BLOCK and _none_holds(judged, model, choices):
-        blocks = [choices[at : at + BLOCK] for at in range(0, len(choices), BLOCK)]
-    best = [min(block, key=lambda parts: (ranks[parts], parts)) for block in blocks if block]
-    open_ones = (parts for parts in best if ranks[parts][0] < 1)
-    return next(open_ones, min(best, key=lambda parts: (ranks[parts], parts), default=None))
-
-
-def _none_holds(judged: Scene, model: Model, choices: Sequence[Parts]) -> bool:
-    """Return whether a condition without a search, of one part or not of all, holds for no
-    choice."""
-    for line in model.lines:
-        asked = [part for part in model.parts if _names(line.test, part)]
-        plain = not (line.members or line.each or line.where is not None)
-        if plain and (len(asked) < len(model.parts) or len(asked) == 1):
-            states = (said(_with(judged, model, parts), line.test)[0] for parts in choices)
-            if all(state != HOLDS for state in states):
-                return True
-    return False
+    choices = set(_candidates(judged, model))
+    return min(choices, key=lambda parts: (rank(outer, model, parts), parts), default=None)
 
 
 def _names(term: Term, name: str) -> bool:
