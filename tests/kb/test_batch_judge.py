@@ -326,7 +326,11 @@ def test_all_code_that_judges_changes_the_name_of_what_was_judged() -> None:
 
 
 def test_rows_by_functor_are_the_same_facts_in_any_order(judge: BatchJudge) -> None:
-    facts = facts_of("desk")
+    for facts in (facts_of("desk"), without_up(facts_of("desk"))):
+        assert_same_in_any_order(judge, facts)
+
+
+def assert_same_in_any_order(judge: BatchJudge, facts: list[Fact]) -> None:
     rows: dict[str, list[Fact]] = defaultdict(list)
     for fact in facts:
         rows[str(fact[0])].append(fact[1:])

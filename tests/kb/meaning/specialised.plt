@@ -180,6 +180,11 @@ test(facts_asked_for, forall(needs(Clauses, Facts))) :-
 test(same_verdict, forall(needs(Clauses, _))) :-
     with_rules(Clauses, Rules, ( in_batch(Rules, Brief), in_full(Rules, Full) )),
     assertion(( Brief == Full ; refused(Brief, Full) )).
+test(what_cannot_be_seen_through_is_called_as_it_is, Members == [f1, f2, f3, f4]) :-
+    with_rules([ condition(m, a, "", _, [_, _], all([])),
+                 ( group(m, T, [_, _], others, Fs) :- G = face_of(T, F), findall(F, G, Fs) ) ],
+               Rules, in_batch(Rules, outline(_, _, _, Parts, _))),
+    memberchk(group(others, Members), Parts).
 test(asks_for_any_fact, forall(member(Clause,
         [ condition(m, a, "", T, [_, _], is_a(T, m)),
           ( condition(m, a, "", _, [A, _], Test) :- member(Test, [upward(A)]) ),
