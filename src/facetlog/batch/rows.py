@@ -65,7 +65,11 @@ class SizeRecord(_Record):
 
 
 class VerdictRecord(_Record):
-    """Verdict of one model on one thing; `thing` is empty if there was none."""
+    """Verdict of one model on one thing; `thing` is empty if there was none.
+
+    What fails without a degree that counts has neither parts nor sizes: `why-not` names its nearest
+    miss.
+    """
 
     model: str
     thing: str
