@@ -101,8 +101,9 @@ def classified(
 
 def _started(listed: Path, output: Path, workers: int, *more: str) -> subprocess.Popen[bytes]:
     options = ("--from", str(listed), "-o", str(output), "--workers", str(workers), *more)
+    kept = output.with_suffix(".kept")  # of each run its own: the second must not read the first's
     return subprocess.Popen(
-        [sys.executable, "-m", "facetlog", "classify", *options],
+        [sys.executable, "-m", "facetlog", "classify", *options, "--keep", str(kept)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
