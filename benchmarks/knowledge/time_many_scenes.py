@@ -153,7 +153,8 @@ def digest(output: Path) -> tuple[int, str]:
 def measure(settings: Settings) -> Report:
     """Measure both runs."""
     count = settings.number(SCENES)
-    rows, memory = [], []
+    rows: list[Row] = []
+    memory: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         listed = write_scene_list(folder, count, settings.first)
