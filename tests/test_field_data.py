@@ -20,7 +20,7 @@ import pytest
 from typer.testing import CliRunner
 
 from facetlog import read_scene
-from facetlog.cli import app
+from facetlog.cli import make_app
 from facetlog.perception.flat_faces import compute_vector_area
 from facetlog.perception.scene import Face, Scene
 
@@ -59,7 +59,7 @@ def _rows(options: tuple[str, ...]) -> dict[str, Row]:
     files = [str(FIELD / w["file"]) for w in _expectations() if _options(w) == options]
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "rows.jsonl"
-        result = CliRunner().invoke(app, ["classify", *files, *options, "-o", str(table)])
+        result = CliRunner().invoke(make_app(), ["classify", *files, *options, "-o", str(table)])
         assert result.exit_code == 0, result.output
         lines = table.read_text(encoding="utf-8").splitlines()
     rows = [json.loads(line) for line in lines]

@@ -101,8 +101,9 @@ def classified(
 
 def _started(listed: Path, output: Path, workers: int, *more: str) -> subprocess.Popen[bytes]:
     options = ("--from", str(listed), "-o", str(output), "--workers", str(workers), *more)
+    kept = output.with_suffix(".kept")  # of each run its own: the second must not read the first's
     return subprocess.Popen(
-        [sys.executable, "-m", "facetlog", "classify", *options],
+        [sys.executable, "-m", "facetlog", "classify", *options, "--keep", str(kept)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -152,7 +153,8 @@ def digest(output: Path) -> tuple[int, str]:
 def measure(settings: Settings) -> Report:
     """Measure both runs."""
     count = settings.number(SCENES)
-    rows, memory = [], []
+    rows: list[Row] = []
+    memory: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         listed = write_scene_list(folder, count, settings.first)

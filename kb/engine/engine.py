@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from facetlog.errors import EngineError
+from facetlog.kb.engine.program import load_program
 from facetlog.kb.engine.python_predicates import called
 
 __all__ = [
@@ -149,15 +150,15 @@ class Engine:
         """End SWI-Prolog, on the thread that started it: at exit it would do so on another."""
         self._cleanup(self._QUICKLY)
 
-    def consult(self, path: Path) -> bool:
-        """Return whether Prolog loaded the file without an exception."""
+    def run(self, module: str, predicate: str, *files: Path) -> bool:
+        """Return whether a predicate of these arguments succeeds, and raises nothing."""
         frame = self._open_frame()
         try:
-            terms = self._new_terms(1)
-            self._put(terms, os.fsencode(path), self._ATOM)
-            query = self._open_query(
-                None, self._CATCH_EXCEPTION, self._find_predicate(b"consult", 1, b"user"), terms
-            )
+            terms = self._new_terms(len(files))
+            for place, path in enumerate(files):
+                self._put(terms + place, os.fsencode(path), self._ATOM)
+            found = self._find_predicate(predicate.encode(), len(files), module.encode())
+            query = self._open_query(None, self._CATCH_EXCEPTION, found, terms)
             try:
                 return bool(self._next(query))
             finally:
@@ -297,7 +298,7 @@ def _load_engine() -> Engine:
         written = ".".join(map(str, version))
         raise EngineError(f"SWI-Prolog {written} is too old: {INSTALL_HINT}")
     engine = Engine(core._lib, version)
-    if not engine.consult(house("kb") / "prolog" / "bridge.pl"):
+    if not load_program(engine, version, house("kb").parent):
         raise EngineError("the knowledge base's own Prolog files cannot be loaded")
     engine.register("facetlog_bridge", "python", called)
     return engine

@@ -4,51 +4,55 @@ Exit codes: 0 yes or done, 1 a clean no, 2 bad input or usage, 3 engine failure,
 """
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Annotated
 
 import typer
 
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
-from facetlog.commands.classify import classify_command
-from facetlog.commands.collect import collect_command
-from facetlog.commands.doctor import doctor_command
-from facetlog.commands.explain import why_command, why_not_command
-from facetlog.commands.map import map_command
-from facetlog.commands.mat import mat_app
-from facetlog.commands.model.check import check_command
-from facetlog.commands.model.compile import compile_command
-from facetlog.commands.model.draw import draw_command, sample_command
-from facetlog.commands.model.examples import examples_command
-from facetlog.commands.model.format import format_command
-from facetlog.commands.model.language import (
-    list_command,
-    lsp_command,
-    new_command,
-    show_model_command,
-    words_command,
-)
-from facetlog.commands.mount import mount_command
-from facetlog.commands.query import query_command
-from facetlog.commands.recognize import demo_command, recognize_command, reconstruct_command
-from facetlog.commands.record import record_command
-from facetlog.commands.scene import convert_command, show_command, validate_command
 from facetlog.commands.shared import YES
-from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
 from facetlog.terminal import error, set_loudness
 
-__all__ = ["app", "main"]
+__all__ = ["main", "make_app"]
 
-app = typer.Typer(
-    name="facetlog",
-    help="Recognize objects made of flat faces in pictures with known camera poses.",
-    no_args_is_help=True,
-    add_completion=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
+COMMANDS = {
+    "recognize": "recognize:recognize_command",
+    "reconstruct": "recognize:reconstruct_command",
+    "demo": "recognize:demo_command",
+    "classify": "classify:classify_command",
+    "collect": "collect:collect_command",
+    "record": "record:record_command",
+    "map": "map:map_command",
+    "mount": "mount:mount_command",
+    "query": "query:query_command",
+    "doctor": "doctor:doctor_command",
+    "why": "explain:why_command",
+    "why-not": "explain:why_not_command",
+    "simulate": "simulate:simulate_command",
+    "mat": "mat:mat_app",
+    "model new": "model.language:new_command",
+    "model list": "model.language:list_command",
+    "model show": "model.language:show_model_command",
+    "model words": "model.language:words_command",
+    "model check": "model.check:check_command",
+    "model format": "model.format:format_command",
+    "model test": "model.examples:examples_command",
+    "model draw": "model.draw:draw_command",
+    "model sample": "model.draw:sample_command",
+    "model compile": "model.compile:compile_command",
+    "model lsp": "model.language:lsp_command",
+    "scene show": "scene:show_command",
+    "scene convert": "scene:convert_command",
+    "scene validate": "scene:validate_command",
+}
+"""Modules of facetlog.commands and functions in them, by the words of the command."""
+
+GROUPS = {
+    "model": "List, explain, check, test and draw models in the model language.",
+    "scene": "Show, convert and check scenes, meshes and point clouds.",
+}
 
 
 def _print_version(wanted: bool) -> None:
@@ -57,7 +61,6 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _set_up(
     version: Annotated[  # noqa: ARG001 - its callback ends the program
         bool,
@@ -83,50 +86,45 @@ def _set_up(
         raise typer.Exit(exc.exit_code) from exc
 
 
-def _make_group(name: str, text: str) -> typer.Typer:
-    return typer.Typer(name=name, help=text, no_args_is_help=True, rich_markup_mode=None)
-
-
-app.command("recognize")(recognize_command)
-app.command("reconstruct")(reconstruct_command)
-app.command("demo")(demo_command)
-app.command("classify")(classify_command)
-app.command("collect")(collect_command)
-app.command("record")(record_command)
-app.command("map")(map_command)
-app.command("mount")(mount_command)
-app.command("query")(query_command)
-app.command("doctor")(doctor_command)
-app.command("why")(why_command)
-app.command("why-not")(why_not_command)
-app.command("simulate")(simulate_command)
-app.add_typer(mat_app)
-
-_model = _make_group("model", "List, explain, check, test and draw models in the model language.")
-_model.command("new")(new_command)
-_model.command("list")(list_command)
-_model.command("show")(show_model_command)
-_model.command("words")(words_command)
-_model.command("check")(check_command)
-_model.command("format")(format_command)
-_model.command("test")(examples_command)
-_model.command("draw")(draw_command)
-_model.command("sample")(sample_command)
-_model.command("compile")(compile_command)
-_model.command("lsp")(lsp_command)
-app.add_typer(_model)
-
-_scene = _make_group("scene", "Show, convert and check scenes, meshes and point clouds.")
-_scene.command("show")(show_command)
-_scene.command("convert")(convert_command)
-_scene.command("validate")(validate_command)
-app.add_typer(_scene)
+def make_app(wanted: str | None = None) -> typer.Typer:
+    """Return the command line, with the command of that name alone if there is one: to load the
+    modules of all of them takes longer than most others need.
+    """
+    app = typer.Typer(
+        name="facetlog",
+        help="Recognize objects made of flat faces in pictures with known camera poses.",
+        no_args_is_help=True,
+        add_completion=True,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(_set_up)
+    groups = {
+        name: typer.Typer(name=name, help=text, no_args_is_help=True, rich_markup_mode=None)
+        for name, text in GROUPS.items()
+    }
+    names = {words.partition(" ")[0] for words in COMMANDS}
+    for words, place in COMMANDS.items():
+        first, _, last = words.partition(" ")
+        if wanted in names and first != wanted:
+            continue
+        module, _, function = place.partition(":")
+        command = getattr(import_module(f"facetlog.commands.{module}"), function)
+        if isinstance(command, typer.Typer):
+            app.add_typer(command)
+        else:
+            (groups[first] if last else app).command(last or first)(command)
+    for group in groups.values():
+        if group.registered_commands:
+            app.add_typer(group)
+    return app
 
 
 def main(argv: Sequence[str]) -> int:
     """Run the command line `argv` (without the program's name) and return its exit code."""
     try:
-        app(args=list(argv), prog_name="facetlog")
+        make_app(argv[0] if argv else None)(args=list(argv), prog_name="facetlog")
     except SystemExit as exc:
         return exc.code if isinstance(exc.code, int) else int(exc.code is not None)
     except KeyboardInterrupt:

@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +13,8 @@ import pytest
 from facetlog.batch.pool import Pool, Task
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import EngineError, RuleSyntaxError
+from facetlog.one_thread import ONE_THREAD
+from facetlog.python_process import make_importing_environment
 from tests.batch.fake_worker import PAUSE
 from tests.batch.fakes import fake_workers, scene_files
 
@@ -85,7 +89,7 @@ def test_answers_that_nobody_wants_any_more_leave_no_process(tmp_path: Path) -> 
     with Pool(Settings(), 1) as pool:
         answers = pool.answers(map(Task, scene_files(tmp_path, "box-1", "slow-1")))
         next(answers)
-        ids = [worker.popen.pid for worker in pool._crew]
+        ids = [worker.process.pid for worker in pool._crew]
     with pytest.raises(ProcessLookupError):
         os.kill(ids[0], 0)
 
@@ -118,3 +122,54 @@ def test_a_worker_whose_memory_ran_out_is_replaced_and_its_next_scenes_lose_noth
     assert [rows[name]["error"] is None for name in ("box-1", "full-1", "full-2", "table-1")] == [
         *(True, False, False, True)
     ]
+
+
+FORKING = """
+import atexit, os, sys
+from facetlog.batch import pool
+from facetlog.batch.settings import Item, Settings
+
+def refuse(*_):
+    raise AssertionError("another Python was started")
+
+pool._spawn = refuse
+held = open(sys.argv[1], "w")
+held.write("once")
+atexit.register(held.write, "at exit")
+with pool.Pool(Settings(), 2) as crew:
+    print(*(worker.process.pid for worker in crew._crew))
+    list(crew.answers([pool.Task(Item("none.json"))]))
+    print(end="", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="forks on Linux alone")
+def test_a_small_process_forks_workers_that_hold_nothing_of_it_and_end_with_it(
+    tmp_path: Path,
+) -> None:
+    held = tmp_path / "held"
+    with subprocess.Popen(
+        [sys.executable, "-c", FORKING, str(held)],
+        env=make_importing_environment() | dict.fromkeys(ONE_THREAD, "1"),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        workers = [Path("/proc", pid) for pid in process.stdout.readline().decode().split()]
+        assert len(workers) == 2
+        for worker in workers:
+            assert str(held) not in {str(file.readlink()) for file in (worker / "fd").iterdir()}
+        process.kill()
+    end = time.monotonic() + 20
+    while any(map(_runs, workers)) and time.monotonic() < end:
+        time.sleep(0.01)
+    assert not any(map(_runs, workers))
+    assert held.read_text() == ""
+
+
+def _runs(process: Path) -> bool:
+    try:
+        return (process / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

@@ -3,6 +3,9 @@
 import errno
 import json
 import os
+import signal
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +23,7 @@ from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.shapes import read_shape as reader
 from facetlog.perception.shapes.shape_options import ShapeOptions
 from facetlog.perception.surfaces.scene_file import encode_scene
+from facetlog.python_process import make_importing_environment
 
 Z = ShapeOptions(up=(0.0, 0.0, 1.0), unit="m")
 KINDS = {"thing", "area", "angle", "corner", "upward"}
@@ -137,6 +141,56 @@ def test_a_damaged_file_is_made_again(
         damage(path, others[path.suffix])
     assert describe(keeper.open(box, Z)) == expected
     assert not list((tmp_path / "kept").glob("*.part"))
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from tests.shell.test_kept_scenes import KINDS, SceneKeeper, Z
+
+moment, left = sys.argv[1], int(sys.argv[2])
+fdopen, replace = os.fdopen, Path.replace
+
+def die():
+    global left
+    left -= 1
+    if not left:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+def write(descriptor, mode):
+    if mode == "wb" and moment == "within":
+        os.write(descriptor, b"facetlog cache")
+        die()
+        os.ftruncate(descriptor, os.lseek(descriptor, 0, os.SEEK_SET))
+    return fdopen(descriptor, mode)
+
+def rename(path, target):
+    if moment == "before it is there":
+        die()
+    return replace(path, target)
+
+os.fdopen, Path.replace = write, rename
+SceneKeeper(Path(sys.argv[3])).open(Path(sys.argv[4]), Z).facts(KINDS)
+"""
+
+
+@pytest.mark.parametrize("moment", ["within", "before it is there"])
+@pytest.mark.parametrize("which", [1, 2])
+def test_what_a_kill_leaves_of_a_file_is_not_read(
+    keeper: SceneKeeper, box: Path, tmp_path: Path, moment: str, which: int
+) -> None:
+    expected = describe(SceneKeeper(tmp_path / "others").open(box, Z))
+    kept = tmp_path / "kept"
+    killed = subprocess.run(
+        [sys.executable, "-c", KILLED, moment, str(which), str(kept), str(box)],
+        env=make_importing_environment(),
+        check=False,
+    )
+    assert killed.returncode == -signal.SIGKILL
+    assert len(list(kept.glob("*.part"))) == 1
+    assert CacheFolder(kept).measure()[0] == which - 1
+    assert describe(keeper.open(box, Z)) == expected
+    assert describe(keeper.open(box, Z)) == expected
 
 
 @pytest.mark.parametrize("fault", [errno.ENOSPC, errno.EROFS, errno.EACCES])

@@ -20,11 +20,17 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Self
 
-from facetlog.batch.memory import compute_share_mb, format_memory_error, is_memory_exhausted
+from facetlog.batch.memory import (
+    MEGABYTE,
+    compute_share_mb,
+    format_memory_error,
+    is_memory_exhausted,
+)
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.batch.worker import Word
+from facetlog.batch.worker import main as serve
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
 from facetlog.one_thread import ONE_THREAD
 from facetlog.python_process import make_importing_environment, make_module_command
@@ -58,7 +64,11 @@ QUEUE_SECONDS = 1.0
 # getrusage(2): kilobytes, but on macOS bytes.
 RSS_UNITS_PER_MB = 1 << 20 if sys.platform == "darwin" else 1 << 10
 
-WORKER = make_module_command("facetlog.batch.worker")
+WORKER = PROGRAM = make_module_command("facetlog.batch.worker")
+
+FORKED_MB = 100.0
+"""A process that holds more is not forked: it would count as what its worker takes. The command
+line holds half of it."""
 
 # proc_pid_stat(5): fields 14 and 15 are utime and stime, in ticks. The name before them, in
 # brackets, may hold blanks, so they are counted from its end; field 3 is the first after it.
@@ -112,13 +122,21 @@ class _Death:
 
 
 @dataclass(slots=True)
+class _Fork:
+    """A forked process, with the attributes of a Popen that are needed."""
+
+    pid: int
+    returncode: int | None = None
+
+
+@dataclass(slots=True)
 class _Worker:
     """One process; `assigned` are its tasks in turn, the first since `since`, when it had worked
     for `worked` seconds (None: the system does not tell), and by the first look at it waited for a
     processor for `queued`.
     """
 
-    popen: subprocess.Popen[bytes]
+    process: subprocess.Popen[bytes] | _Fork
     connection: Connection
     assigned: deque[Task] = field(default_factory=deque)
     since: float = field(default_factory=time.monotonic)
@@ -127,20 +145,12 @@ class _Worker:
     ready: bool = False
 
     @classmethod
-    def started(cls, settings: Settings) -> Self:
+    def started(cls, settings: Settings, *, fork: bool = False) -> Self:
         """Return a new process that opens its engine; what it says first is whether it could."""
         ours, theirs = socket.socketpair()
         with theirs:
-            popen = subprocess.Popen(
-                WORKER,
-                stdin=theirs.fileno(),
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                # A Ctrl-C of the terminal is for us.
-                start_new_session=True,
-                env=_environment(),
-            )
-        worker = cls(popen, Connection(ours.detach()))
+            process = _fork(theirs) if fork and _can_fork() else _spawn(theirs)
+        worker = cls(process, Connection(ours.detach()))
         worker.send(settings.to_json())
         return worker
 
@@ -151,7 +161,7 @@ class _Worker:
 
     def begin(self) -> None:
         """Count the time of the task that is first in turn from now on."""
-        self.since, self.worked = time.monotonic(), processor_seconds(self.popen.pid)
+        self.since, self.worked = time.monotonic(), processor_seconds(self.process.pid)
         self.queued = None
 
     def waited(self) -> float:
@@ -161,26 +171,26 @@ class _Worker:
         passed = time.monotonic() - self.since
         if passed < QUEUE_SECONDS:
             return passed
-        queued = get_queued_seconds(self.popen.pid)
+        queued = get_queued_seconds(self.process.pid)
         if self.queued is None:
             self.queued = queued
         return passed - max(0.0, queued - self.queued)
 
     def busy(self) -> float:
         """Return seconds since then that it worked; by the clock where nothing else is known."""
-        now = processor_seconds(self.popen.pid)
+        now = processor_seconds(self.process.pid)
         return self.waited() if now is None or self.worked is None else now - self.worked
 
     def end(self) -> "_Death":
         """End the process. Return what it died of if it had."""
-        code = self.popen.returncode
+        code = self.process.returncode
         resident_mb = 0.0
         if code is None:
             # It is still there, if only as what may be asked for: its number is no other's yet.
-            os.kill(self.popen.pid, signal.SIGKILL)
+            os.kill(self.process.pid, signal.SIGKILL)
             # The socket closes before the process is gone: wait for what it says of itself.
-            _, status, usage = os.wait4(self.popen.pid, 0)
-            code = self.popen.returncode = os.waitstatus_to_exitcode(status)
+            _, status, usage = os.wait4(self.process.pid, 0)
+            code = self.process.returncode = os.waitstatus_to_exitcode(status)
             resident_mb = usage.ru_maxrss / RSS_UNITS_PER_MB
         self.connection.close()
         how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
@@ -189,6 +199,49 @@ class _Worker:
 
 def _environment() -> dict[str, str]:
     return {**make_importing_environment(), **dict.fromkeys(ONE_THREAD, "1")}
+
+
+def _spawn(stdin: socket.socket) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        WORKER,
+        stdin=stdin.fileno(),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        # A Ctrl-C of the terminal is for us.
+        start_new_session=True,
+        env=_environment(),
+    )
+
+
+def _can_fork() -> bool:
+    """Return whether a fork of this process can be a worker, which then need not load again what
+    is loaded: no other thread can hold a lock in it, and no engine runs in it.
+    """
+    with suppress(OSError):  # no Linux
+        pages = int(Path("/proc/self/statm").read_bytes().split()[1])
+        small = pages * os.sysconf("SC_PAGE_SIZE") <= FORKED_MB * MEGABYTE
+        alone = len([*Path("/proc/self/task").iterdir()]) == 1
+        return small and alone and WORKER is PROGRAM and "pyswip" not in sys.modules
+    return False
+
+
+def _fork(stdin: socket.socket) -> _Fork:
+    pid = os.fork()
+    if pid:
+        return _Fork(pid)
+    try:
+        os.setsid()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        os.environ.update(_environment())
+        os.dup2(stdin.fileno(), 0)
+        null = os.open(os.devnull, os.O_RDWR)
+        # Not closed: whoever still has the number of a file of the parent must not close another.
+        for descriptor in [int(path.name) for path in Path("/proc/self/fd").iterdir()]:
+            if descriptor not in (0, null):
+                os.dup2(null, descriptor, inheritable=descriptor <= 2)
+        serve()
+    finally:
+        os._exit(1)  # nothing of the parent's is done here: serve() ends the process itself
 
 
 class Pool:
@@ -209,7 +262,7 @@ class Pool:
         self.models: tuple[str, ...] = ()
         try:
             # All at once, for each takes a second; the first says whether the models can be used.
-            self._crew.extend(_Worker.started(self._settings) for _ in range(count))
+            self._crew.extend(_Worker.started(self._settings, fork=True) for _ in range(count))
             self._await_first()
         except BaseException:
             self.close()
@@ -316,7 +369,7 @@ class Pool:
                 if not worker.ready:
                     self._got_ready(worker, message)
                 elif message[:1] == Word.PROFILE.value:
-                    self._profiles[worker.popen.pid] = message[1:]
+                    self._profiles[worker.process.pid] = message[1:]
                 else:
                     yield self._answer(worker, message)
                     if message[:1] == Word.SPENT.value:
