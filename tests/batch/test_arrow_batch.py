@@ -1,6 +1,7 @@
 """Tables of scenes in, tables of rows out: as `classify -o x.parquet` makes them."""
 
 import functools
+import os
 import pickle
 from collections.abc import Iterator
 from pathlib import Path
@@ -77,6 +78,29 @@ def test_a_record_batch_comes_back_as_one(names: list[str]) -> None:
     found = facetlog.classify_batch(batch)
     assert isinstance(found, pa.RecordBatch)
     assert found.schema == facetlog.classify_batch(pa.table({"path": []})).schema
+
+
+@pytest.mark.usefixtures("_engines")
+def test_a_scene_that_ends_its_process_costs_no_other(names: list[str]) -> None:
+    scene_files(Path(), "die-1")
+    found = facetlog.classify_batch(pa.table({"path": ["box-1.json", "die-1.json", *names]}))
+    assert found["model"].to_pylist() == ["box", None, "chair", None, "box", None, "box"]
+    assert "the worker process died at it" in found["error"][1].as_py()
+
+
+@pytest.mark.usefixtures("_engines")
+def test_a_forked_process_opens_an_engine_of_its_own(names: list[str]) -> None:
+    some = pa.table({"path": names})
+    kept = facetlog.classify_batch(some)
+    child = os.fork()
+    if child == 0:
+        right = not arrow_batch._idle and facetlog.classify_batch(some) == kept
+        close_idle_pools()
+        os._exit(0 if right else 1)
+    assert os.waitpid(child, 0)[1] == 0
+    (before,) = [pool for _, pool in arrow_batch._idle]
+    assert facetlog.classify_batch(some) == kept
+    assert [pool for _, pool in arrow_batch._idle] == [before]
 
 
 @pytest.mark.parametrize(

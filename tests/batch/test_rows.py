@@ -41,7 +41,7 @@ def test_a_row_that_is_none_is_told_with_its_field(change: dict[str, Any], says:
 def test_whatever_goes_wrong_with_a_scene_is_one_line_of_its_row(
     fault: BaseException, says: str, spent: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def failing(*_: object) -> None:
+    def failing(*_: object, **__: object) -> None:
         raise fault
 
     (tmp_path / "b.json").touch()

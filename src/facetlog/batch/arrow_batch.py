@@ -68,8 +68,15 @@ def close_idle_pools() -> None:
         _idle.pop()[1].close()
 
 
-# A forked process must use, and end, none of its parent's.
-os.register_at_fork(after_in_child=_idle.clear)
+def _forget_pools() -> None:
+    """Leave the parent's processes to it: a forked process must neither use nor end them."""
+    _idle.clear()
+    _lock.release()
+
+
+os.register_at_fork(
+    before=_lock.acquire, after_in_parent=_lock.release, after_in_child=_forget_pools
+)
 
 
 def _stamp_models(settings: Settings) -> tuple[object, ...]:
