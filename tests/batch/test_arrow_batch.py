@@ -173,8 +173,15 @@ def test_rows_and_schema_are_those_of_classify(
     names = ["box.json", "bad.json", "table.json", "gone.stl", "chair.json", "noise.ply"]
     try:
         made = facetlog.classify_batch(pa.table({"path": names}), up="z")
+        own = {"path": ["noise.ply"] * 3, "up": ["x", None, "sideways"], "unit": [None, "mm", None]}
+        stated = facetlog.classify_batch(pa.table(own), up="z", sensor=(0, 0, 1))
     finally:
         close_idle_pools()
+    assert [text.split()[:3] for text in stated["read_as"].to_pylist()[:2]] == [
+        ["up=x", "unit=none", "sensor=0.0,0.0,1.0"],
+        ["up=z", "unit=mm", "sensor=0.0,0.0,1.0"],
+    ]
+    assert "up" in stated["error"][2].as_py()
     assert main(["classify", *names, "--up", "z", "-o", "x.parquet"]) == 0
     assert made.schema == pyarrow.parquet.read_schema("x.parquet")
     pyarrow.parquet.write_table(made, "made.parquet")

@@ -136,12 +136,12 @@ def classify_batch(
     models: Models = (),
     up: Up = None,
     unit: str | None = None,
-    sensor: Sequence[float] | None = None,
+    sensor: str | Sequence[float] | None = None,
     override: bool = False,
     trust: bool = False,
     crisp: bool = False,
     raw: bool = False,
-    seconds: float = 60.0,
+    seconds: float | None = None,
     memory_mb: int | None = None,
     keep: str | Path | None = None,
 ) -> "pyarrow.Table":
@@ -151,24 +151,26 @@ def classify_batch(
     The table has the paths of scenes, meshes or clouds in its column `path`, and may have `up`,
     `unit` and `override` for single ones. Rows come in its order with the columns of `classify -o`;
     what cannot be read has its reason in `error`. Limits for a scene are `seconds` of processor
-    time and `memory_mb` (default: the memory of the machine by its cores). The engine is kept for
-    the next table. Raise InputError for options or a table, RuleSyntaxError for models that cannot
-    be used.
+    time (default: 60) and `memory_mb` (default: the memory of the machine by its cores). The engine
+    is kept for the next table. Raise InputError for options or a table, RuleSyntaxError for models
+    that cannot be used.
     """
     from facetlog.batch.arrow_batch import classify_arrow
 
+    if sensor is not None and not isinstance(sensor, str):
+        sensor = ",".join(repr(float(each)) for each in sensor)
     more = {
         "trusted": trust,
         "crisp": crisp,
         "raw": raw,
         "override": override,
+        "sensor": sensor,
         "seconds": seconds,
         "memory_mb": memory_mb,
         "keep": None if keep is None else str(Path(keep).resolve()),
     }
-    if sensor is not None:
-        more["sensor"] = ",".join(repr(float(each)) for each in sensor)
-    return classify_arrow(table, _make_settings(models, up, unit, **more))
+    given = {name: value for name, value in more.items() if value is not None}
+    return classify_arrow(table, _make_settings(models, up, unit, **given))
 
 
 def _make_settings(models: Models, up: Up, unit: str | None, **more: Any) -> "Settings":
