@@ -7,7 +7,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from facetlog.errors import FacetlogError, InputError
     from facetlog.kb.explaining.verdict import Verdict
-    from facetlog.library.calls import ask, classify, read_scene, recognize
+    from facetlog.library.calls import ask, classify, classify_batch, read_scene, recognize
     from facetlog.library.gallery import Gallery
     from facetlog.library.result import Reason, Result
     from facetlog.perception.scene import Scene
@@ -28,6 +28,7 @@ __all__ = [
     "__version__",
     "ask",
     "classify",
+    "classify_batch",
     "read_scene",
     "recognize",
 ]

@@ -2,7 +2,6 @@
 
 import json
 import os
-import queue
 import signal
 import socket
 import subprocess
@@ -17,6 +16,7 @@ from typing import Any
 import pytest
 
 from facetlog.batch import dask_cluster
+from facetlog.batch.arrow_batch import close_idle_pools
 from facetlog.batch.content import hash_content
 from facetlog.batch.dask_cluster import work
 from facetlog.batch.output import read_rows
@@ -39,14 +39,10 @@ MODEL = """model slab
 @pytest.fixture
 def _engines() -> Iterator[None]:
     """Fake engines, which do not outlive the test."""
+    close_idle_pools()
     with fake_workers():
         yield
-    for idle in dask_cluster._idle.values():
-        while True:
-            try:
-                idle.get_nowait().close()
-            except queue.Empty:
-                break
+    close_idle_pools()
 
 
 def _told(items: list[dict[str, Any]], models_hash: str) -> list[str | None]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+import facetlog
 from facetlog.cli import main
 from facetlog.errors import InputError
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
@@ -57,3 +58,9 @@ def test_plots_name_their_extra(tmp_path, monkeypatch, capsys):
     assert main(["recognize", str(tmp_path), "--follow", "-o", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     assert said.count("plots need matplotlib: pip install 'facetlog[plots]'") == 2
+
+
+def test_tables_of_many_machines_name_their_extra(without):
+    without("pyarrow")
+    with pytest.raises(InputError, match=r"classify_batch needs .* 'facetlog\[batch\]'"):
+        facetlog.classify_batch(None)

@@ -26,6 +26,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from facetlog.batch.arrow_batch import borrow_pool
 from facetlog.batch.content import hash_content
 from facetlog.batch.memory import compute_share_mb
 from facetlog.batch.pool import ATTEMPTS, Answer, Pool, Task
@@ -259,7 +260,8 @@ def work(
     come out differently than on the client: another version of the program.
     """
     answers: dict[str, tuple[bool, bytes]] = {}
-    with tempfile.TemporaryDirectory(prefix="facetlog-") as folder, _engine(package) as pool:
+    settings = _apply_memory_share(_unpacked(package))
+    with tempfile.TemporaryDirectory(prefix="facetlog-") as folder, borrow_pool(settings) as pool:
         if pool.models_hash != models_hash:
             raise InputError(
                 "the cluster's models are not those of the client: install the same version there"
@@ -285,29 +287,9 @@ def _find_item_at_hand(sent: Mapping[str, Any], folder: Path) -> Item | None:
         return None
 
 
-# Of this process of the cluster, by the digest of the package: engines that wait for work, and the
-# folders of their models.
-_idle: dict[str, "queue.SimpleQueue[Pool]"] = {}
+# Of this process of the cluster: the folders of models, by the digest of their package.
 _folders: dict[str, Path] = {}
 _unpacking = threading.Lock()
-
-
-@contextmanager
-def _engine(package: Package) -> Iterator[Pool]:
-    """Return a process with an engine for these models: one that nobody uses, or a new one."""
-    digest = hashlib.sha256(repr(sorted(package.items())).encode()).hexdigest()
-    idle = _idle.setdefault(digest, queue.SimpleQueue())
-    try:
-        pool = idle.get_nowait()
-    except queue.Empty:
-        pool = Pool(_apply_memory_share(_unpacked(package, digest)))
-        atexit.register(pool.close)
-    try:
-        yield pool
-    except BaseException:
-        pool.close()
-        raise
-    idle.put(pool)
 
 
 def _apply_memory_share(settings: Settings) -> Settings:
@@ -327,13 +309,14 @@ def _apply_memory_share(settings: Settings) -> Settings:
     return replace(settings, memory_mb=compute_share_mb(worker.state.nthreads, of_mb))
 
 
-def _unpacked(package: Package, digest: str) -> Settings:
+def _unpacked(package: Package) -> Settings:
     """Return the settings with the models' files on this machine; they stay while the
     process does.
     """
     settings = Settings.from_json(package["settings"])
     if not package["files"]:
         return settings
+    digest = hashlib.sha256(repr(sorted(package.items())).encode()).hexdigest()
     with _unpacking:
         folder = _folders.get(digest)
         if folder is None:

@@ -37,7 +37,7 @@ def check_format(path: Path) -> None:
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: tables are written as {', '.join(FORMATS)}: give such a name")
     if path.suffix.lower() == ".parquet":
-        _pyarrow()
+        import_pyarrow("Parquet")
 
 
 def write_rows(path: Path, rows: Iterable[Row]) -> None:
@@ -149,12 +149,10 @@ def _read_csv(file: BinaryIO, path: Path) -> Iterator[object]:
 def _write_parquet(file: BinaryIO, rows: Iterable[Row]) -> None:
     import pyarrow.parquet
 
-    schema = _arrow_schema()
     source = iter(rows)
-    with pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer:
+    with pyarrow.parquet.ParquetWriter(file, _arrow_schema(), compression="zstd") as writer:
         while some := list(islice(source, ROWS_AT_ONCE)):
-            clean = [plain_row(row) for row in some]
-            writer.write_table(pyarrow.Table.from_pylist(clean, schema=schema))
+            writer.write_table(make_arrow_table(some, pyarrow.Table))
 
 
 def _read_parquet(file: BinaryIO, path: Path) -> Iterator[object]:
@@ -168,11 +166,18 @@ def _read_parquet(file: BinaryIO, path: Path) -> Iterator[object]:
         raise InputError(f"{path}: is no Parquet file that can be read: {exc}") from exc
 
 
-def _pyarrow() -> None:
+def import_pyarrow(user: str) -> Any:
+    """Return pyarrow; raise InputError, which names its user, where it is not installed."""
     try:
-        import pyarrow.parquet  # noqa: F401
+        import pyarrow.parquet
     except ImportError as exc:
-        raise make_missing_extra_error("Parquet", "pyarrow", "batch") from exc
+        raise make_missing_extra_error(user, "pyarrow", "batch") from exc
+    return pyarrow
+
+
+def make_arrow_table(rows: Iterable[Row], kind: Any) -> Any:
+    """Return rows as an Arrow table of a kind: pyarrow's Table or RecordBatch."""
+    return kind.from_pylist([plain_row(row) for row in rows], schema=_arrow_schema())
 
 
 def _arrow_schema() -> "pyarrow.Schema":

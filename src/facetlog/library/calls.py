@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from facetlog.errors import InputError, make_missing_extra_error
 from facetlog.library.result import Result, model_paths
@@ -11,14 +11,16 @@ from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow
 
+    from facetlog.batch.settings import Settings
     from facetlog.perception.facts.known_length import KnownLength
     from facetlog.perception.length_units import Length
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import FloatArray, View
 
-__all__ = ["Models", "Source", "Up", "ask", "classify", "read_scene", "recognize"]
+__all__ = ["Models", "Source", "Up", "ask", "classify", "classify_batch", "read_scene", "recognize"]
 
 Models: TypeAlias = str | Path | Sequence[str | Path]
 """A model file or a folder of them, or several."""
@@ -114,7 +116,65 @@ def classify(
     from facetlog.batch.inputs import find_scene_paths
     from facetlog.batch.pool import Pool
     from facetlog.batch.run import Plan, classified
-    from facetlog.batch.settings import Item, Settings
+    from facetlog.batch.settings import Item
+
+    given = [paths] if isinstance(paths, str | Path) else list(paths)
+    items = tuple(map(Item, find_scene_paths([str(path) for path in given])))
+    settings = _make_settings(models, up, unit, trusted=trust)
+    count = len(os.sched_getaffinity(0)) if workers is None else workers
+    frame = _import_data_frame()
+    with (
+        Pool(settings, min(count, len(items))) as crew,
+        classified(Plan(items, settings), crew) as done,
+    ):
+        return frame(list(done.rows()))
+
+
+def classify_batch(
+    table: "pyarrow.Table",
+    *,
+    models: Models = (),
+    up: Up = None,
+    unit: str | None = None,
+    sensor: str | Sequence[float] | None = None,
+    override: bool = False,
+    trust: bool = False,
+    crisp: bool = False,
+    raw: bool = False,
+    seconds: float | None = None,
+    memory_mb: int | None = None,
+    keep: str | Path | None = None,
+) -> "pyarrow.Table":
+    """Classify the scenes of a pyarrow Table or RecordBatch, as Dask, Ray, Daft and Spark hand them
+    over: return another one.
+
+    The table has the paths of scenes, meshes or clouds in its column `path`, and may have `up`,
+    `unit` and `override` for single ones. Rows come in its order with the columns of `classify -o`;
+    what cannot be read has its reason in `error`. Limits for a scene are `seconds` of processor
+    time (default: 60) and `memory_mb` (default: the memory of the machine by its cores). The engine
+    is kept for the next table. Raise InputError for options or a table, RuleSyntaxError for models
+    that cannot be used.
+    """
+    from facetlog.batch.arrow_batch import classify_arrow
+
+    if sensor is not None and not isinstance(sensor, str):
+        sensor = ",".join(repr(float(each)) for each in sensor)
+    more = {
+        "trusted": trust,
+        "crisp": crisp,
+        "raw": raw,
+        "override": override,
+        "sensor": sensor,
+        "seconds": seconds,
+        "memory_mb": memory_mb,
+        "keep": None if keep is None else str(Path(keep).resolve()),
+    }
+    given = {name: value for name, value in more.items() if value is not None}
+    return classify_arrow(table, _make_settings(models, up, unit, **given))
+
+
+def _make_settings(models: Models, up: Up, unit: str | None, **more: Any) -> "Settings":
+    from facetlog.batch.settings import Settings
     from facetlog.perception.shapes.shape_options import FROM_THE_FLOOR, NOT_GIVEN
 
     _parse_unit(unit)
@@ -123,17 +183,8 @@ def classify(
         axis = up if isinstance(up, str) else FROM_THE_FLOOR
     else:
         axis = ",".join(map(repr, direction))
-    given = [paths] if isinstance(paths, str | Path) else list(paths)
-    items = tuple(map(Item, find_scene_paths([str(path) for path in given])))
     named = tuple(str(path.resolve()) for path in model_paths(models))
-    settings = Settings(named, trusted=trust, up=axis, unit=unit or NOT_GIVEN)
-    count = len(os.sched_getaffinity(0)) if workers is None else workers
-    frame = _import_data_frame()
-    with (
-        Pool(settings, min(count, len(items))) as crew,
-        classified(Plan(items, settings), crew) as done,
-    ):
-        return frame(list(done.rows()))
+    return Settings(named, up=axis, unit=unit or NOT_GIVEN, **more)
 
 
 def ask(
