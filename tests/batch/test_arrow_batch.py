@@ -149,7 +149,7 @@ def test_an_engine_is_kept_until_its_models_change(names: list[str]) -> None:
 
     def workers() -> list[int]:
         facetlog.classify_batch(some, models=own)
-        return [worker.popen.pid for _, pool in arrow_batch._idle for worker in pool._crew]
+        return [worker.process.pid for _, pool in arrow_batch._idle for worker in pool._crew]
 
     first = workers()
     assert len(first) == 1
