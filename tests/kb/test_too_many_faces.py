@@ -2,6 +2,7 @@
 
 import logging
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -29,12 +30,23 @@ def heap(count: int) -> Scene:
     return replace(scene, bodies=(Body(tuple(range(len(scene.faces)))),))
 
 
+ANY_THREE = """model any_three
+  "Any three faces."
+
+  face a, b, c
+
+  large: area(a) + area(b) + area(c) at least 1 mm * 1 mm
+"""
+
+
 @pytest.mark.slow
-def test_a_batch_says_which_models_it_was_too_much_for() -> None:
-    judge = BatchJudge((), limits=Limits(stack_mb=16))
+def test_a_batch_says_which_models_it_was_too_much_for(tmp_path: Path) -> None:
+    path = tmp_path / "any_three.model"
+    path.write_text(ANY_THREE)
+    judge = BatchJudge((path,), limits=Limits(stack_mb=16))
     verdicts = judge.judge(fact_rows(heap(25)))
     beyond = {verdict.model for verdict in verdicts if verdict.limit == STACKS}
-    assert "box" in beyond
+    assert "any_three" in beyond
     assert all(verdict.state is State.UNKNOWN for verdict in verdicts if verdict.limit)
     assert {"bed", "crate", "door"} <= {v.model for v in verdicts} - beyond
     few = judge.judge(fact_rows(cuboid(0.4, 0.3, 0.2)))

@@ -144,7 +144,7 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
     # What is kept needs no look for a mat either.
-    monkeypatch.delattr("facetlog.perception.reading.pose_files.register.read_mat")
+    monkeypatch.setattr("facetlog.perception.reading.mat.mat_poses.read_mat", None)
     result = facetlog.recognize(folder, cameras=kept, scale="height = 10 cm")
     assert "t1 is a box (" in str(result)
     assert result.scene.metric
