@@ -66,7 +66,7 @@ _LOG = logging.getLogger(__name__)
 _bases = count(1)
 
 ASKS_VERDICTS = re.compile(r"\b(is_a|verdict|plays|assignment|part_in)\(")
-"""What in a question is answered by judging."""
+"""Predicates of questions that judge models."""
 
 
 class KnowledgeBase(Closing):

@@ -29,7 +29,7 @@ Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 MOST_NUMBERS = 2**62
-"""What numbers of rows stay below."""
+"""Bound of the numbers that stand for rows."""
 
 
 def find_row_starts(lengths: Indices) -> Indices:

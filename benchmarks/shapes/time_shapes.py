@@ -1,4 +1,4 @@
-"""What does a mesh of the set, or a depth camera's frame, cost from its file to its verdicts?
+"""How much CPU time does a mesh of the set, or a depth camera's frame, take from file to verdicts?
 
 155 third-party meshes under FACETLOG_DATA, evenly over the list, are read, made into scenes and
 into the facts that the built-in models ask for, and judged: once without solid parts, which no such

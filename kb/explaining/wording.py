@@ -239,7 +239,7 @@ def _format_members(items: Sequence[Term]) -> str:
 
 
 NOUNS = {"f": "face", "e": "edge", "p": "piece", "o": "opening", "h": "hollow"}
-"""What parts are, by the letter that their names begin with."""
+"""Kinds of parts, by the letter that their names begin with."""
 # More stretches of names that follow one another are counted.
 STRETCHES_NAMED = 3
 

@@ -4,6 +4,7 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Protocol
 
 from facetlog.kb.engine.engine import house
@@ -16,7 +17,7 @@ from facetlog.kb.loading.scene_cache import SceneCache
 
 __all__ = ["JUDGING_CODE", "OpenCode", "Opener", "compute_models_hash", "open_code"]
 
-# What verdicts follow from beside the models: words, measures, and how they are judged.
+# Files that verdicts depend on beside the models: words, measures, and the code that judges.
 JUDGING_CODE = ("rules/*.pl", "kb/prolog/**/*.pl")
 HASH_DIGITS = 16
 NAME_DIGITS = 24  # of a module's digest
@@ -112,8 +113,15 @@ def compute_models_hash(models: Mapping[str, RuleFile]) -> str:
     total = hashlib.sha256()
     for model, rules in models.items():
         total.update(f"{model}={rules.content}\n".encode())
+    total.update(_hash_judging_code())
+    return total.hexdigest()[:HASH_DIGITS]
+
+
+@cache
+def _hash_judging_code() -> bytes:
+    total = hashlib.sha256()
     root = house("rules").parent
     for pattern in JUDGING_CODE:
         for path in sorted(root.glob(pattern)):
             total.update(path.read_bytes())
-    return total.hexdigest()[:HASH_DIGITS]
+    return total.digest()

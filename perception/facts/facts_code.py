@@ -9,7 +9,7 @@ FACTS_CODE = ("*.py", "facts/**/*.py", "pieces/**/*.py", "space/**/*.py", "surfa
 
 
 SHAPES_CODE = (*FACTS_CODE, "shapes/**/*.py", "reading/*.py", "reading/shape_files/**/*.py")
-"""The same for meshes and clouds."""
+"""Files that scenes of meshes and clouds depend on, too."""
 
 
 @cache

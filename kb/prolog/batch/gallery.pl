@@ -80,28 +80,24 @@ compared_in(Test, M, B) :-
 %   deviation, or two empty texts. One verdict takes no more than Inferences: else it is unknown.
 
 gallery_verdicts(Module, Model, Scenes, Inferences, Encoded) :-
-    findall(Lines-Measures, compared_lines(Module, Model, Lines, Measures), [Lines-Measures]),
+    findall(Thing-Parts-Ms,
+            ( compared_line(Module, Model, _, Thing, Parts, Comparisons),
+              pairs_keys(Comparisons, Ms) ),
+            Measures),
     findall(Fields,
             ( nth0(Number, Scenes, Scene),
-              in_scene(Scene, thing_fields(Module, Model, Lines-Measures, Inferences, Rest)),
+              in_scene(Scene, thing_fields(Module, Model, Measures, Inferences, Rest)),
               Fields = [Number|Rest] ),
             Lists),
     append(Lists, All),
     joined_fields(All, Encoded).
 
-compared_lines(Module, Model, Lines, Measures) :-
-    findall(Thing-Parts-Ms,
-            ( compared_line(Module, Model, _, Thing, Parts, Comparisons),
-              pairs_keys(Comparisons, Ms) ),
-            Measures),
-    length(Measures, Lines).
-
-thing_fields(Module, Model, Compared, Inferences, Fields) :-
+thing_fields(Module, Model, Measures, Inferences, Fields) :-
     fact(thing(Thing)),
     (   catch(call_with_inference_limit(
                   with_code(Module, Model, Target,
                             while_judging(Module, Model, Thing,
-                                          one_fields(Target, Module, Model, Thing, Compared, Found))),
+                                          one_fields(Target, Module, Model, Thing, Measures, Found))),
                   Inferences, Result),
               error(resource_error(stack), _), Result = inference_limit_exceeded),
         Result \== inference_limit_exceeded
@@ -109,13 +105,13 @@ thing_fields(Module, Model, Compared, Inferences, Fields) :-
     ;   Fields = [Thing, unknown, 0, 1, 0]
     ).
 
-one_fields(Target, Module, Model, Thing, Compared, Fields) :-
+one_fields(Target, Module, Model, Thing, Measures, Fields) :-
     found_in(Target, Module, Model, Thing, _, Found),
-    found_fields(Found, Target, Module, Model, Compared, Fields).
+    found_fields(Found, Target, Module, Model, Measures, Fields).
 
 found_fields(none, _, _, _, _, [unknown, 0, 1, 0]).
 found_fields(refused, _, _, _, _, [fails, 0, 0, 0]).
-found_fields(found(Thing, Parts, _), Target, Module, Model, _-Measures,
+found_fields(found(Thing, Parts, _), Target, Module, Model, Measures,
              [State, Low, High, 1, Count|Fields]) :-
     all_outlined(Target, Model, Thing, Parts, outline(State, Low, High)),
     roled(Module, Model, Target, Thing, Parts, Roled),

@@ -52,7 +52,7 @@ from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
-# What only those ask for who name a hollow.
+# Facts that only models ask for which name a hollow.
 HOLLOW_FACTS = ("hollow_of", "hollow_mouth", "hollows_known")
 # The foot of a leg is lower than this share of what stands on it.
 FOOT = 0.1

@@ -165,7 +165,7 @@ def close_sheets(
     )
 
 
-# Of half edges (k,), (k,) that continue each other: these, their edges (k, 2), and of the triangles
+# Pairs of half edges (k,), (k,) that continue each other, their edges (k, 2), and of the triangles
 # the sheet (m,), whether to turn it (m,), and those of one-sided sheets.
 _Joints = tuple[Indices, Indices, Indices, Indices, Bools, Indices]
 
